@@ -10,12 +10,16 @@ mm.
 Source: Pless 2003, doi:10.1109/CVPR.2003.1211520 (motion of rays without a centre).
 """
 
+from __future__ import annotations
+
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtrc
 
+from raxel.cameras.core.base import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.homography import best_hypothesis, checked_generator
 from raxel.geometry.least_squares import descend, gauss_newton
@@ -33,6 +37,7 @@ from raxel.multiview.motion_samples import (
 from raxel.multiview.ray_noise import (
     FEWEST,
     ONE_POINT,
+    NoisyRays,
     along_sphere,
     checked_motion,
     depths_of_pairs,
@@ -62,9 +67,19 @@ TOLD = 1 / 3
 
 
 class MotionInformation(NamedTuple):
-    """information (6, 6), about (w, direction, log length); baseline: mm, how far the
-    centre of the rays moves; centre (3,): that centre, frame of view 1; spread: mm, RMS
-    distance of the rays from it."""
+    """Fisher information of matched rays about a motion.
+
+    Attributes
+    ----------
+    information : ndarray of shape (6, 6)
+        Information about (w, direction, log length).
+    baseline : float
+        Distance by which the centre of the rays moves, mm.
+    centre : ndarray of shape (3,)
+        Centre of the rays, frame of view 1, mm.
+    spread : float
+        RMS distance of the rays from the centre, mm.
+    """
 
     information: np.ndarray
     baseline: float
@@ -72,28 +87,28 @@ class MotionInformation(NamedTuple):
     spread: float
 
     @property
-    def covariance(self):
-        """Cramer-Rao bound (6, 6), all six unknown."""
+    def covariance(self) -> NDArray[np.float64]:
+        """Cramer-Rao bound, shape (6, 6), all six parameters unknown."""
         return inverse_information(self.information)
 
     @property
-    def rotation_sd(self):
-        """Radians: root of the summed variances of the three turns."""
+    def rotation_sd(self) -> float:
+        """Root of the summed variances of the three rotations, rad."""
         return _root(self.covariance, slice(0, 3))
 
     @property
-    def direction_sd(self):
-        """Radians: of the direction of motion, both ways aside together."""
+    def direction_sd(self) -> float:
+        """Standard deviation of the direction of motion, both axes together, rad."""
         return _root(self.covariance, slice(3, 5))
 
     @property
-    def scale_sd(self):
-        """Share of the motion's length by which that length is uncertain."""
+    def scale_sd(self) -> float:
+        """Standard deviation of the length of the motion, as a share of that length."""
         return _root(self.covariance, slice(5, 6))
 
     @property
-    def scale_told(self):
-        """Whether the rays tell the length to better than a third of itself."""
+    def scale_told(self) -> bool:
+        """Whether the rays determine the length to better than a third of itself."""
         return self.scale_sd < TOLD
 
     def __str__(self):
@@ -105,14 +120,38 @@ class MotionInformation(NamedTuple):
         )
 
 
-def motion_information(T_2_1, rays_1, rays_2, *, about=None):
-    """MotionInformation of a motion T_2_1 (4, 4) and matched rays with noise.
+def motion_information(
+    T_2_1: ArrayLike,
+    rays_1: NoisyRays | Rays,
+    rays_2: NoisyRays | Rays,
+    *,
+    about: ArrayLike | None = None,
+) -> MotionInformation:
+    """Return the information of matched rays with noise about a motion.
 
-    rays: NoisyRays (N,), with the noise that they are known to have, or as for
-    `angular_rays`, then for 1 radian of noise; those of a scene seen without noise tell
-    what any method may expect of it. about: (3,), else the point next to all rays.
-    The noise of different rays is taken as independent: an error of calibration is not
-    in it. Raises CalibrationError for rays as `matched_rays`, and for a centre at rest.
+    Rays of a scene without noise give the precision that any method may expect. The
+    noise of different rays is taken as independent: calibration errors are not
+    included.
+
+    Parameters
+    ----------
+    T_2_1 : array_like of shape (4, 4)
+        Motion from view 1 to view 2, mm.
+    rays_1, rays_2 : NoisyRays or Rays
+        Matched rays (N,) with their noise. Rays without noise are treated as by
+        `angular_rays`, with a noise of 1 rad.
+    about : array_like of shape (3,), optional
+        Centre of the rays, mm. None: the point nearest to all rays.
+
+    Returns
+    -------
+    MotionInformation
+        Information and the standard deviations that follow from it.
+
+    Raises
+    ------
+    CalibrationError
+        As `matched_rays`, and with code ``no-translation`` for a stationary centre.
     """
     pairs = matched_rays(rays_1, rays_2, about=about, fewest=1)
     R, u = pairs.about_centre(checked_motion(T_2_1))
@@ -156,15 +195,30 @@ ROUNDING = 1e-15  # radians, of exact pairs
 
 
 class GeneralisedPose(NamedTuple):
-    """T_2_1 (4, 4), mm; inliers: (N,) bool, the pairs it was found from; rms: of their
-    `gaps`, in standard deviations of the rays, or radians if these are not known;
-    ahead: share of the inliers that meet ahead along both rays. covariance (6, 6) of
-    (w, v): the motion is exp([w]x) R about `centre` (3,), and the centre's shift u + v;
-    by the scatter of the gaps, NaN where there are no more pairs than unknowns, none
-    along u if the length was given. baseline: mm,
-    |u|; spread: mm, RMS distance of the rays from the centre. margin: of the linear
-    system, how far the second least singular value is above the least; near 1 the
-    motion is open.
+    """Motion between two views of a general camera.
+
+    Attributes
+    ----------
+    T_2_1 : ndarray of shape (4, 4)
+        Motion X_2 = R X_1 + t, mm.
+    inliers : ndarray of shape (N,)
+        Pairs that the motion was found from, bool.
+    rms : float
+        RMS of the `gaps` of the inliers, in standard deviations of the rays, or rad if
+        these are unknown.
+    ahead : float
+        Share of the inliers that meet ahead along both rays.
+    covariance : ndarray of shape (6, 6)
+        Covariance of (w, v): the motion is exp([w]x) R about `centre`, and the shift of
+        the centre u + v. It follows from the scatter of the gaps. NaN if there are no
+        more pairs than unknowns; zero along u if the length was given.
+    centre : ndarray of shape (3,)
+        Centre of the rays, mm.
+    spread : float
+        RMS distance of the rays from the centre, mm.
+    margin : float
+        Ratio of the second least to the least singular value of the linear system. The
+        motion is undetermined if it is near 1.
     """
 
     T_2_1: np.ndarray
@@ -177,44 +231,74 @@ class GeneralisedPose(NamedTuple):
     margin: float
 
     @property
-    def shift(self):
-        """u (3,): of the rays' centre, frame of view 2."""
+    def shift(self) -> NDArray[np.float64]:
+        """Shift u of the rays' centre, shape (3,), frame of view 2, mm."""
         T = self.T_2_1
         return T[:3, 3] - self.centre + T[:3, :3] @ self.centre
 
     @property
-    def baseline(self):
-        """How far the rays' centre moves, mm."""
+    def baseline(self) -> float:
+        """Distance by which the rays' centre moves, mm."""
         return float(np.linalg.norm(self.shift))
 
     @property
-    def scale_sd(self):
-        """Standard deviation of the motion's length, as a share of it; 0
-        where it was given."""
+    def scale_sd(self) -> float:
+        """Standard deviation of the length of the motion, as a share of that length.
+
+        It is 0 if the length was given.
+        """
         along = self.shift / self.baseline
         variance = max(along @ self.covariance[3:, 3:] @ along, 0.0)
         return float(np.sqrt(variance) / self.baseline)
 
     @property
-    def rotation_sd(self):
-        """Radians: root of the summed variances of the three turns."""
+    def rotation_sd(self) -> float:
+        """Root of the summed variances of the three rotations, rad."""
         return float(np.sqrt(np.trace(self.covariance[:3, :3])))
 
     @property
-    def scale_told(self):
+    def scale_told(self) -> bool:
         """Whether the length is known to better than a third of itself."""
         return self.scale_sd < TOLD
 
 
-def refine_generalised_pose(rays_1, rays_2, start, *, length=None, most=50):
-    """The motion that minimises the sum of squared `gaps`.
+def refine_generalised_pose(
+    rays_1: NoisyRays | Rays,
+    rays_2: NoisyRays | Rays,
+    start: GeneralisedPose | ArrayLike,
+    *,
+    length: float | None = None,
+    most: int = 50,
+) -> GeneralisedPose:
+    """Find the motion that minimises the sum of squared `gaps`.
 
-    rays: NoisyRays (N,), or as for `angular_rays`, N >= 6 right pairs; start:
-    GeneralisedPose, whose inliers are used where they are as many as the pairs, or
-    T_2_1 (4, 4); length: mm, of the shift of the rays' centre where it is known. Rays
-    that all pass through one point need it. Levenberg-Marquardt on se(3), analytic
-    Jacobian. Returns GeneralisedPose. Raises CalibrationError for rays as
-    `matched_rays`, and where the length is open or there is no motion to find.
+    Levenberg-Marquardt on se(3) with an analytic Jacobian.
+
+    Parameters
+    ----------
+    rays_1, rays_2 : NoisyRays or Rays
+        Matched rays (N,) of both views, N >= 6 correct pairs, in the camera frame. Rays
+        without noise are treated as by `angular_rays`: residuals are then in rad.
+    start : GeneralisedPose or array_like of shape (4, 4)
+        Start of T_2_1, mm. Inliers of a GeneralisedPose are used if their number is
+        that of the pairs.
+    length : float, optional
+        Length of the shift of the rays' centre if it is known, mm. Rays that all pass
+        through one point require it.
+    most : int
+        Maximum number of iterations.
+
+    Returns
+    -------
+    GeneralisedPose
+        The motion with its covariance.
+
+    Raises
+    ------
+    CalibrationError
+        As `matched_rays`; code ``no-scale`` for rays through one point without a
+        length, ``length`` for an invalid length, ``too-few-rays`` for fewer than six
+        inliers.
     """
     pairs = matched_rays(rays_1, rays_2)
     inliers = np.ones(len(pairs.rays_1.origins), bool)
@@ -487,18 +571,53 @@ REMATCHED = 8  # times that pairs are matched anew, for what agrees by chance
 
 
 def generalised_pose_ransac(
-    rays_1, rays_2, rng, threshold, *, length=None, confidence=0.999, most_trials=2000
-):
-    """Motion from matched rays of a general camera, some of them wrong.
+    rays_1: NoisyRays | Rays,
+    rays_2: NoisyRays | Rays,
+    rng: np.random.Generator,
+    threshold: float,
+    *,
+    length: float | None = None,
+    confidence: float = 0.999,
+    most_trials: int = 2000,
+) -> GeneralisedPose:
+    """Find a motion from matched rays of a general camera, some of them wrong.
 
-    rays: NoisyRays (N,), or as for `angular_rays`; rng: numpy Generator; threshold: the
-    largest of `gaps` of a right pair: in standard deviations where the rays know
-    theirs, else radians. length: mm, of the shift of the rays' centre where it is
-    known. Samples are drawn until one without a wrong pair has been met with
-    probability `confidence`. Returns GeneralisedPose, refined. Raises CalibrationError
-    for rays as `matched_rays`, rays through one point without a length, fewer than
-    eight right pairs, no more of them than chance makes, and right pairs that a turn
-    about the centre explains as well.
+    Samples are drawn until one without a wrong pair has been met with probability
+    `confidence`. The motion is then refined.
+
+    Parameters
+    ----------
+    rays_1, rays_2 : NoisyRays or Rays
+        Matched rays (N,) of both views, in the camera frame. Rays without noise are
+        treated as by `angular_rays`: residuals are then in rad.
+    rng : numpy.random.Generator
+        Random numbers of the samples.
+    threshold : float
+        Largest of the `gaps` of a correct pair, in standard deviations of the rays, or
+        rad if these are unknown.
+    length : float, optional
+        Length of the shift of the rays' centre if it is known, mm.
+    confidence : float
+        Probability of a sample without a wrong pair.
+    most_trials : int
+        Maximum number of samples.
+
+    Returns
+    -------
+    GeneralisedPose
+        The refined motion and its inliers.
+
+    Raises
+    ------
+    CalibrationError
+        As `matched_rays`; code ``no-scale`` for rays through one point without a
+        length. ``too-many-outliers`` for fewer than eight correct pairs, or no more of
+        them than arise by chance. ``no-translation`` for pairs that a rotation explains
+        as well.
+
+    References
+    ----------
+    Fischler and Bolles 1981, doi:10.1145/358669.358692.
     """
     checked_generator("motion", rng)
     pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE)

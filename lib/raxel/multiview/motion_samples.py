@@ -10,9 +10,12 @@ pivots here (`NoisyRays.pivots`).
 Arrays are (3, m, n): components, motions, pairs. Frame: centre of the rays.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import (
@@ -37,12 +40,21 @@ OPEN = 1e-9
 
 
 class RelativePose(NamedTuple):
-    """T_2_1 (4, 4) with a translation of length 1; essential: (3, 3), |E| = sqrt 2.
+    """Motion between two views of a central camera.
 
-    rms: root mean square angle (radians) by which a pair's rays would have to turn to
-    meet; ahead: share of the pairs that meet ahead along both rays; margin: eighth over
-    ninth singular value of the linear system. Near 1 the motion is open: the points lie
-    on a plane, or nothing but a rotation happened.
+    Attributes
+    ----------
+    T_2_1 : ndarray of shape (4, 4)
+        Motion with a translation of length 1.
+    essential : ndarray of shape (3, 3)
+        Essential matrix E, |E| = sqrt 2.
+    rms : float
+        RMS angle by which the rays of a pair would have to rotate to meet, rad.
+    ahead : float
+        Share of the pairs that meet ahead along both rays.
+    margin : float
+        Eighth over ninth singular value of the linear system. Near 1 the motion is
+        undetermined: the points are on a plane, or the motion is a rotation alone.
     """
 
     T_2_1: np.ndarray
@@ -76,12 +88,42 @@ def essential_matrix(directions_1, directions_2):
     return _projected(E), float(values[7] / max(values[8], 1e-300))
 
 
-def relative_pose(directions_1, directions_2):
-    """Motion from matched rays, linearly (4.25).
+def relative_pose(directions_1: ArrayLike, directions_2: ArrayLike) -> RelativePose:
+    """Return the motion between two views from matched directions, linearly.
 
-    Arguments and errors as `essential_matrix`. Of the four motions that belong to E,
-    the one is taken for which most points lie ahead along both their rays. Returns
-    RelativePose.
+    Of the four motions that belong to E, the one with most points ahead along both rays
+    is taken.
+
+    Parameters
+    ----------
+    directions_1, directions_2 : array_like of shape (N, 3)
+        Matched unit directions in the camera frame, N >= 8.
+
+    Returns
+    -------
+    RelativePose
+        The motion, with a translation of length 1.
+
+    Raises
+    ------
+    CalibrationError
+        With code ``shape``, ``too-few-rays``, ``not-finite``, or ``degenerate-points``
+        for pairs that do not determine E.
+
+    References
+    ----------
+    Thesis (4.25). Hartley 1997, doi:10.1109/34.601246; Nister 2004,
+    doi:10.1109/TPAMI.2004.17.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.multiview import relative_pose
+    >>> points = np.random.default_rng(1).uniform(-1, 1, (20, 3)) + [0, 0, 4]
+    >>> moved = points + [0.5, 0, 0]
+    >>> d_1, d_2 = (p / np.linalg.norm(p, axis=1, keepdims=True) for p in (points, moved))
+    >>> (np.abs(relative_pose(d_1, d_2).T_2_1[:3, 3]).round(6) + 0.0).tolist()
+    [1.0, 0.0, 0.0]
     """
     d_1, d_2 = _checked(directions_1, directions_2)
     E, margin = essential_matrix(d_1, d_2)
@@ -156,7 +198,9 @@ def _projected(E):
     return U[..., :2] @ Vt[..., :2, :]
 
 
-def _checked(directions_1, directions_2):
+def _checked(
+    directions_1: ArrayLike, directions_2: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     d_1, d_2 = np.asarray(directions_1, float), np.asarray(directions_2, float)
     if d_1.ndim != 2 or d_1.shape[1] != 3 or d_1.shape != d_2.shape:
         raise CalibrationError(

@@ -6,13 +6,18 @@ former weighs all rays alike, near and far.
 Source: Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006 (the linear one).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from raxel.cameras.core.base import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import rotation_from_vector, tangent_bases
-from raxel.multiview.ray_noise import are_rotations, with_noise
+from raxel.multiview.ray_noise import NoisyRays, are_rotations, with_noise
 
 # Points seen along rays from several places: residuals, derivatives, best points. A
 # point is four numbers h = (x, w) of length 1, X = x / w, so that one at infinity is
@@ -34,11 +39,19 @@ AT_REST = 1e-14
 
 
 class RayView(NamedTuple):
-    """What one view sees: rays (n) NoisyRays, or as for `angular_rays`, in its frame;
-    points: (n,) whole numbers, which point each ray sees; None: point k along ray k."""
+    """Rays of one view and the points that they see.
 
-    rays: object
-    points: object = None
+    Attributes
+    ----------
+    rays : NoisyRays or Rays
+        Rays (n,) in the frame of the view, mm. Rays without noise are treated as by
+        `angular_rays`.
+    points : array_like of shape (n,), optional
+        Index of the point of each ray, integers. None: ray k sees point k.
+    """
+
+    rays: NoisyRays | Rays
+    points: ArrayLike | None = None
 
 
 class PlacedPoints(NamedTuple):
@@ -307,12 +320,29 @@ FINE, FEW, PARALLEL, FAR, BEHIND = (
 
 
 class Triangulation(NamedTuple):
-    """points (N, 3), mm, world frame, NaN where not valid; valid (N,) bool; reason
-    (N,): why not, "" where valid; covariance (N, 3, 3), mm^2; rms (N,): of a point's
-    residuals, in standard deviations of the rays, 1 where noise is as stated; angle
-    (N,): the largest between two of its rays, radians; distance_sd (N,): share of the
-    distance from its nearest ray's pivot by which it is uncertain; variance: squares of
-    all residuals over their degrees of freedom."""
+    """Points from rays of several views, with their covariances.
+
+    Attributes
+    ----------
+    points : ndarray of shape (N, 3)
+        Points in the world frame, mm; NaN if not valid.
+    valid : ndarray of shape (N,)
+        Whether a point has a position, bool.
+    reason : ndarray of shape (N,)
+        Reason why a point is not valid, "" if valid.
+    covariance : ndarray of shape (N, 3, 3)
+        Covariance of each point, mm^2.
+    rms : ndarray of shape (N,)
+        RMS of the residuals of a point, in standard deviations of the rays; 1 if the
+        noise is as predicted.
+    angle : ndarray of shape (N,)
+        Largest angle between two rays of a point, rad.
+    distance_sd : ndarray of shape (N,)
+        Standard deviation of the distance from the nearest ray's pivot, as a share of
+        it.
+    variance : float
+        Squares of all residuals over their degrees of freedom.
+    """
 
     points: np.ndarray
     valid: np.ndarray
@@ -331,17 +361,61 @@ class Triangulation(NamedTuple):
         )
 
 
-def triangulate(views, T_view_world, *, linear=False, stated=True):
-    """Triangulation of the points that rays of V views see.
+def triangulate(
+    views: Sequence[RayView],
+    T_view_world: ArrayLike,
+    *,
+    linear: bool = False,
+    stated: bool = True,
+) -> Triangulation:
+    """Triangulate the points that rays of V views see.
 
-    views: RayViews (V); T_view_world: (V, 4, 4), mm; linear: nearest to the lines, else
-    of least residuals. stated: whether the rays know the size of their noise; else all
-    is told by the scatter of the residuals, of all points together. Points with fewer
-    than two rays, with rays that are parallel or nearly so for their noise, and behind
-    a ray are flagged and have no place. Of points that are nearly too far away those
-    pass whose parallax noise has made larger: near a `distance_sd` of a third of the
-    distance they are biased nearer, and the covariance does not say so. Raises
-    CalibrationError for numbers that do not fit.
+    Points with fewer than two rays, with parallel rays or rays nearly parallel for
+    their noise, and points behind a ray are flagged. They have no position. Of points
+    nearly too far away, those pass whose parallax is enlarged by noise. Near a
+    `distance_sd` of a third, points are biased towards the camera. The covariance does
+    not include this bias.
+
+    Parameters
+    ----------
+    views : sequence of RayView
+        Rays of the V views.
+    T_view_world : array_like of shape (V, 4, 4)
+        Poses of the views, mm.
+    linear : bool
+        Whether to return the points nearest to the lines instead of those of least
+        residuals.
+    stated : bool
+        Whether the noise of the rays is known. Otherwise its size is estimated from the
+        residuals of all points together.
+
+    Returns
+    -------
+    Triangulation
+        Points in the world frame, mm, with covariances and reasons of rejection.
+
+    Raises
+    ------
+    CalibrationError
+        For numbers of views, poses or points that do not match.
+
+    References
+    ----------
+    Thesis 5.3.5. Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.multiview import RayView, triangulate
+    >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
+    >>> camera = PerspectiveCamera(K, [], 640, 480)
+    >>> T_view_world = np.stack([np.eye(4), np.eye(4)])
+    >>> T_view_world[1, 0, 3] = -100.0
+    >>> pixels = [[[320, 240]], [[270, 240]]]
+    >>> views = [RayView(camera.rays(np.array(p, float))) for p in pixels]
+    >>> (triangulate(views, T_view_world).points.round(3) + 0.0).tolist()
+    [[0.0, 0.0, 1000.0]]
     """
     T = np.asarray(T_view_world, float)
     if T.shape != (len(views), 4, 4):

@@ -12,9 +12,13 @@ Source: Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006; Triggs et
 2000, doi:10.1007/3-540-44480-7_21 (elimination, gauge).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import Rays, centrality, closest_point
 from raxel.errors import CalibrationError
@@ -41,17 +45,39 @@ MANY = 0.5  # share of points at infinity that are too many
 
 
 class RayBundle(NamedTuple):
-    """What `bundle_rays` finds.
+    """Poses of a general camera and points of the scene, with covariances.
 
-    T_view_world (V, 4, 4), the first as given; points (N, 3), mm, NaN where not used;
-    used (N,): points that were in it; open_points (N,): used ones that are uncertain by
-    more than a third of their distance from the rays' centre in the nearest view. rms:
-    of all residuals, standard deviations of the rays; costs: sums of squares of
-    residuals from the start on; variance: the last one over the degrees of freedom, 1
-    where the rays' noise is as stated, NaN where there are none. covariance (6 V, 6 V)
-    of (w, v) of each view: it turns by w, frame of the view, about `centre` (3,), which
-    is displaced by v; point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the
-    rays from the centre; rays: counted.
+    Attributes
+    ----------
+    T_view_world : ndarray of shape (V, 4, 4)
+        Poses, mm; the first is as given.
+    points : ndarray of shape (N, 3)
+        Points, mm; NaN if not used.
+    used : ndarray of shape (N,)
+        Points that took part, bool.
+    open_points : ndarray of shape (N,)
+        Used points uncertain by more than a third of their distance from the rays'
+        centre in the nearest view, bool.
+    rms : float
+        RMS of all residuals, in standard deviations of the rays.
+    costs : ndarray
+        Sums of squared residuals from the start on.
+    converged : bool
+        Whether the iteration converged.
+    variance : float
+        Last cost over the degrees of freedom: 1 if the noise of the rays is as
+        predicted, NaN without degrees of freedom.
+    covariance : ndarray of shape (6 V, 6 V)
+        Covariance of (w, v) of each view. The view rotates by w (rad), in its frame,
+        about `centre`, which is displaced by v (mm).
+    point_covariance : ndarray of shape (N, 3, 3)
+        Covariance of each point, mm^2.
+    centre : ndarray of shape (3,)
+        Centre of the rays, mm.
+    spread : float
+        RMS distance of the rays from the centre, mm.
+    rays : int
+        Number of rays.
     """
 
     T_view_world: np.ndarray
@@ -68,38 +94,76 @@ class RayBundle(NamedTuple):
     spread: float
     rays: int
 
-    def shift(self, view):
-        """u (3,): where the rays' centre of the first view is seen from the centre of
-        another, frame of that view, mm."""
+    def shift(self, view: int) -> NDArray[np.float64]:
+        """Return the position (3,) of the first view's centre relative to another view's.
+
+        Both are centres of rays; the frame is that of the other view, mm.
+        """
         T = self.T_view_world[view] @ inverse_pose(self.T_view_world[0])
         return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
 
-    def scale_sd(self, view):
-        """Share of the distance from the first view to another by which that distance
-        is uncertain; 0 for one that was held."""
+    def scale_sd(self, view: int) -> float:
+        """Return the standard deviation of a view's distance, as a share of the distance.
+
+        The distance is that from the first view. It is 0 for a distance that was held.
+        """
         u, own = self.shift(view), slice(6 * view + 3, 6 * view + 6)
         variance = u @ self.covariance[own, own] @ u
         return float(np.sqrt(max(variance, 0.0)) / (u @ u))
 
-    def rotation_sd(self, view):
-        """Radians: root of the summed variances of a view's three turns."""
+    def rotation_sd(self, view: int) -> float:
+        """Return the root of the summed variances of a view's three rotations, rad."""
         own = slice(6 * view, 6 * view + 3)
         return float(np.sqrt(np.trace(self.covariance[own, own])))
 
 
-def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, most=MOST):
-    """RayBundle of V views from start poses.
+def bundle_rays(
+    views: Sequence[RayView],
+    T_view_world: ArrayLike,
+    *,
+    points: ArrayLike | None = None,
+    held: int | None = None,
+    stated: bool = True,
+    most: int = MOST,
+) -> RayBundle:
+    """Adjust poses and points to the rays of V views.
 
-    views: RayViews (V), V >= 2; T_view_world: (V, 4, 4), starts, mm; points: (N, 3),
-    starts, mm, else nearest to their rays' lines. held: number of a view whose rays'
-    centre keeps its distance from that of the first, as the start has it: for rays that
-    do not tell the scale. stated: whether the rays know the size of their noise; else
-    covariances are told by the scatter of the residuals. Points with fewer than two
-    rays are left out; those that the start puts behind a ray start at infinity.
+    Points with fewer than two rays are excluded. Points that the start puts behind a
+    ray start at infinity.
 
-    Raises CalibrationError for numbers that do not fit, too few points, rays through
-    one point with nothing held, and a scale that grew beyond all bounds, since the rays
-    hardly tell it.
+    Parameters
+    ----------
+    views : sequence of RayView
+        Rays of the views, V >= 2.
+    T_view_world : array_like of shape (V, 4, 4)
+        Start poses, mm.
+    points : array_like of shape (N, 3), optional
+        Start points, mm. None: the points nearest to the lines of their rays.
+    held : int, optional
+        Index of a view whose centre keeps its start distance from that of the first
+        view. It is required if the rays do not determine the scale.
+    stated : bool
+        Whether the noise of the rays is known. Otherwise covariances are scaled by the
+        scatter of the residuals.
+    most : int
+        Maximum number of iterations.
+
+    Returns
+    -------
+    RayBundle
+        Poses and points with their covariances.
+
+    Raises
+    ------
+    CalibrationError
+        With code ``shape``, ``held-view`` or ``too-few-points``. ``no-scale`` for rays
+        through one point with nothing held, and for a scale that grew beyond all
+        bounds.
+
+    References
+    ----------
+    Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006; Triggs et al. 2000,
+    doi:10.1007/3-540-44480-7_21.
     """
     T = np.array(T_view_world, float)
     _check_shapes(len(views), T, held)

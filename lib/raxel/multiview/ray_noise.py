@@ -18,11 +18,14 @@ the frame's origin is far from where its rays come from, and a turn about there 
 look like a shift.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from raxel.cameras.core.base import Rays, centrality, closest_point
+from raxel.cameras.core.base import Camera, Rays, centrality, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, tangent_bases
 
@@ -39,31 +42,42 @@ FARTHEST = 1e15  # mm: no camera has a ray that begins there
 
 
 class NoisyRays(NamedTuple):
-    """origins (N, 3), mm; directions (N, 3), unit; covariance (N, 6, 6) of (origin,
-    direction), mm and radians. Only what is across the ray counts: an origin may slide
-    along it, taking its covariance with it, and nothing changes."""
+    """Rays with the covariance of their origins and directions.
+
+    Only the covariance across the ray matters. An origin may slide along its ray
+    together with its covariance without any effect.
+
+    Attributes
+    ----------
+    origins : ndarray of shape (N, 3)
+        Origins, mm.
+    directions : ndarray of shape (N, 3)
+        Unit directions.
+    covariance : ndarray of shape (N, 6, 6)
+        Covariance of (origin, direction), mm and rad.
+    """
 
     origins: np.ndarray
     directions: np.ndarray
     covariance: np.ndarray
 
-    def of(self, which):
-        """Those that an index or a mask (N,) selects."""
+    def of(self, which: ArrayLike) -> NoisyRays:
+        """Return the rays that an index or a mask (N,) selects."""
         return NoisyRays(*(field[which] for field in self))
 
-    def moved(self, shift):
-        """The rays in a frame whose origin is at `shift` (3,), with the same axes."""
+    def moved(self, shift: NDArray[np.float64]) -> NoisyRays:
+        """Return the rays in a frame with its origin at `shift` (3,) and the same axes."""
         return self._replace(origins=self.origins - shift)
 
-    def slid(self, along):
-        """The same rays with their origins moved by (N,) mm along them."""
+    def slid(self, along: NDArray[np.float64]) -> NoisyRays:
+        """Return the same rays with origins moved by `along` (N,) mm along them."""
         slide = np.broadcast_to(np.eye(6), (len(along), 6, 6)).copy()
         slide[:, [0, 1, 2], [3, 4, 5]] = along[:, None]
         C = slide @ self.covariance @ np.swapaxes(slide, 1, 2)
         o = self.origins + along[:, None] * self.directions
         return self._replace(origins=o, covariance=C)
 
-    def pivots(self):
+    def pivots(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(points (N, 3), sd (N,)): where each ray is best known, and its turn there.
 
         The noise that comes nearest to the ray's own while it turns alike to all sides
@@ -113,12 +127,42 @@ def angular_rays(rays, sd=1.0, *, about=None):
     return NoisyRays(o, d, C)
 
 
-def rays_of_pixels(camera, pixels, sd_px=1.0):
-    """NoisyRays (N,) that a camera has for pixels (N, 2) with noise.
+def rays_of_pixels(
+    camera: Camera, pixels: ArrayLike, sd_px: ArrayLike = 1.0
+) -> NoisyRays:
+    """Return the rays that a camera has for pixels with noise.
 
-    sd_px: one, or (N,), of each coordinate, px. The noise goes through the camera:
-    origin and direction move together as the pixel does. Raises CalibrationError for
-    pixels without a ray, a quarter of a pixel around them included: leave them out.
+    The noise is propagated through the camera: origin and direction move together with
+    the pixel.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    pixels : array_like of shape (N, 2)
+        Pixels, px.
+    sd_px : float or array_like of shape (N,)
+        Standard deviation of each coordinate, px.
+
+    Returns
+    -------
+    NoisyRays
+        Rays (N,) in the camera frame with their covariances.
+
+    Raises
+    ------
+    CalibrationError
+        For pixels without a ray, including positions a quarter of a pixel next to them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.multiview import rays_of_pixels
+    >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
+    >>> rays = rays_of_pixels(PerspectiveCamera(K, [], 640, 480), [[320, 240]], sd_px=0.5)
+    >>> round(float(np.sqrt(rays.covariance[0, 3, 3])), 6)
+    0.001
     """
     pixels = np.asarray(pixels, float)
     if pixels.ndim != 2 or pixels.shape[1] != 2:
@@ -199,35 +243,71 @@ LEAST_VARIANCE = 1e-90
 
 
 class MatchedRays(NamedTuple):
-    """rays_1, rays_2: NoisyRays (N,) of two views, matched, in a frame whose origin is
-    at `centre` (3,) of the camera's frame; spread: mm, RMS distance of the rays' lines
-    from that point, zero where they all pass through it."""
+    """Matched rays of two views about their common centre.
 
-    rays_1: object
-    rays_2: object
+    Attributes
+    ----------
+    rays_1, rays_2 : NoisyRays
+        Rays (N,) of the views, in a frame with its origin at `centre`.
+    centre : ndarray of shape (3,)
+        Centre of the rays in the camera frame, mm.
+    spread : float
+        RMS distance of the rays from the centre, mm; 0 if all pass through it.
+    """
+
+    rays_1: NoisyRays
+    rays_2: NoisyRays
     centre: np.ndarray
     spread: float
 
-    def of(self, which):
-        """Those pairs that an index or a mask (N,) selects; centre and spread stay."""
+    def of(self, which: ArrayLike) -> MatchedRays:
+        """Return the pairs that an index or a mask (N,) selects, with the same centre."""
         return self._replace(rays_1=self.rays_1.of(which), rays_2=self.rays_2.of(which))
 
-    def whole(self, R, u):
-        """T_2_1 (4, 4) in the camera's frame of a motion R, u about the centre."""
+    def whole(
+        self, R: NDArray[np.float64], u: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return T_2_1 (4, 4) in the camera frame of a motion R, u about the centre."""
         return pose(R, u + self.centre - R @ self.centre)
 
-    def about_centre(self, T_2_1):
-        """(R, u) of a motion (4, 4) in the camera's frame."""
+    def about_centre(
+        self, T_2_1: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (R, u) about the centre of a motion (4, 4) in the camera frame."""
         T = np.asarray(T_2_1, float)
         R = T[:3, :3]
         return R, T[:3, 3] - self.centre + R @ self.centre
 
 
-def matched_rays(rays_1, rays_2, *, about=None, fewest=FEWEST):
-    """MatchedRays of two equal sets; about: (3,), else the point next to all rays.
+def matched_rays(
+    rays_1: NoisyRays | Rays,
+    rays_2: NoisyRays | Rays,
+    *,
+    about: ArrayLike | None = None,
+    fewest: int = FEWEST,
+) -> MatchedRays:
+    """Return matched rays of two views about their common centre.
 
-    rays: NoisyRays, or as for `angular_rays`. Raises CalibrationError for sets that do
-    not match or have fewer than `fewest` pairs, and rays that are not finite.
+    Parameters
+    ----------
+    rays_1, rays_2 : NoisyRays or Rays
+        Matched rays (N,) of both views. Rays without noise are treated as by
+        `angular_rays`.
+    about : array_like of shape (3,), optional
+        Centre, mm. None: the point nearest to all rays.
+    fewest : int
+        Minimum number of pairs.
+
+    Returns
+    -------
+    MatchedRays
+        The rays of both views, with their centre and spread.
+
+    Raises
+    ------
+    CalibrationError
+        With code ``shape`` for sets of different size, ``too-few-rays``, or
+        ``degenerate-points`` for repeated pairs; also for rays that are not finite.
     """
     rays_1, rays_2 = with_noise(rays_1), with_noise(rays_2)
     count = len(rays_1.origins)
@@ -268,7 +348,7 @@ def _different(rays_1, rays_2):
     return len(np.unique(pairs, axis=0))
 
 
-def checked_motion(T_2_1):
+def checked_motion(T_2_1: ArrayLike) -> NDArray[np.float64]:
     """A motion (4, 4) as floats; CalibrationError for what is no rotation and shift."""
     T = np.asarray(T_2_1, float)
     if T.shape != (4, 4) or not are_rotations(T[:3, :3]):
@@ -288,8 +368,29 @@ def are_rotations(R):
     return bool(off < ORTHOGONAL and np.all(np.linalg.det(R) > 0))
 
 
-def gaps(R, u, pairs):
-    """g / s (N,): by how many standard deviations pairs miss each other; with sign."""
+def gaps(
+    R: NDArray[np.float64], u: NDArray[np.float64], pairs: MatchedRays
+) -> NDArray[np.float64]:
+    """Return by how many standard deviations the rays of each pair miss each other.
+
+    Parameters
+    ----------
+    R : ndarray of shape (3, 3)
+        Rotation of the motion.
+    u : ndarray of shape (3,)
+        Shift of the rays' centre, mm.
+    pairs : MatchedRays
+        N pairs of rays.
+
+    Returns
+    -------
+    ndarray of shape (N,)
+        Residuals g / s with sign (Sampson error).
+
+    References
+    ----------
+    Thesis (5.30).
+    """
     return _Gap(R, u, pairs).residuals
 
 

@@ -1,8 +1,11 @@
 """Circles through points of a plane."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.multiview.fits.planes import checked_points, least_distances
@@ -11,9 +14,20 @@ STRAIGHT = 1e-9  # sagitta over extent of points that lie on a line
 
 
 class CircleFit(NamedTuple):
-    """centre (2,), radius, and their covariance (3, 3), in the unit of the points.
+    """Circle of a plane with its covariance.
 
-    residuals: (N,) distances of all points, positive outside; sigma: see `Settled`.
+    Attributes
+    ----------
+    centre : ndarray of shape (2,)
+        Centre, in the unit of the points.
+    radius : float
+        Radius, in the unit of the points.
+    covariance : ndarray of shape (3, 3)
+        Covariance of centre and radius.
+    residuals : ndarray of shape (N,)
+        Distances of all points from the circle, positive outside.
+    sigma : float
+        Standard deviation of a distance, see `Settled`.
     """
 
     centre: np.ndarray
@@ -23,13 +37,35 @@ class CircleFit(NamedTuple):
     sigma: float
 
 
-def fit_circle(points, sigma=None):
-    """The circle of least squared distances from points of a plane.
+def fit_circle(points: ArrayLike, sigma: ArrayLike | None = None) -> CircleFit:
+    """Fit the circle of least squared distances to points of a plane.
 
-    points: (N, 2), N >= 3, any unit; sigma: standard deviations of the distances, a
-    number or (N,), or None: equal, and measured by what is left. It begins with
-    `algebraic_circles`. Returns CircleFit. Raises InputError for fewer than three
-    points, values that are not finite, and points on one line.
+    The fit starts from `algebraic_circles`.
+
+    Parameters
+    ----------
+    points : array_like of shape (N, 2)
+        Points, N >= 3, any unit.
+    sigma : float or array_like of shape (N,), optional
+        Standard deviations of the distances. None: equal, and estimated from the
+        residuals.
+
+    Returns
+    -------
+    CircleFit
+        Centre, radius, covariance and residuals.
+
+    Raises
+    ------
+    InputError
+        For fewer than three points, values that are not finite, and points on one line.
+
+    Examples
+    --------
+    >>> from raxel.multiview import fit_circle
+    >>> fit = fit_circle([[3, 0], [0, 3], [-3, 0], [0, -3]])
+    >>> round(fit.radius, 6)
+    3.0
     """
     points = checked_points("circle", points, 2, 3)
     fit = _settled(points, _start(points), sigma)
@@ -63,8 +99,23 @@ def algebraic_circles(points):
     return np.concatenate([middle[..., 0, :] + centre, radius[..., None]], axis=-1)
 
 
-def circle_distances(circles, points):
-    """Signed distances (m, N) of points (N, 2) from circles (m, 3)."""
+def circle_distances(
+    circles: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return signed distances of points from circles.
+
+    Parameters
+    ----------
+    circles : ndarray of shape (m, 3)
+        Centre and radius of each circle.
+    points : ndarray of shape (N, 2)
+        Points, in the same unit.
+
+    Returns
+    -------
+    ndarray of shape (m, N)
+        Distances, positive outside.
+    """
     off = points - circles[:, None, :2]
     return np.hypot(off[..., 0], off[..., 1]) - circles[:, 2:]
 

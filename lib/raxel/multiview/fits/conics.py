@@ -4,9 +4,12 @@ A conic is the six numbers of Q(x, y) = c0 x^2 + c1 x y + c2 y^2 + c3 x + c4 y +
 of length 1, with c0 + c2 >= 0: inside an ellipse Q is negative.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry.homography import normalising
@@ -18,10 +21,18 @@ STEPS, SETTLED = 30, 1e-13
 
 
 class ConicFit(NamedTuple):
-    """coefficients: (6,) of Q, as above; covariance: (6, 6), singular along them.
+    """Conic of a plane with its covariance.
 
-    residuals: (N,) distances of all points, in their unit, signed as Q; sigma: see
-    `Settled`.
+    Attributes
+    ----------
+    coefficients : ndarray of shape (6,)
+        Coefficients of Q as in `raxel.multiview.fits.conics`.
+    covariance : ndarray of shape (6, 6)
+        Covariance of the coefficients, singular along them.
+    residuals : ndarray of shape (N,)
+        Distances of all points, in their unit, signed as Q.
+    sigma : float
+        Standard deviation of a distance, see `Settled`.
     """
 
     coefficients: np.ndarray
@@ -30,28 +41,63 @@ class ConicFit(NamedTuple):
     sigma: float
 
 
-def algebraic_conic(points):
-    """Coefficients (6,) of the conic with the least sum of squares of Q.
+def algebraic_conic(points: ArrayLike) -> NDArray[np.float64]:
+    """Return the conic with the least sum of squares of Q.
 
-    points: (N, 2), N >= 5, any unit; the sum is taken after they are moved to mean zero
-    and root mean square distance sqrt(2), with coefficients of length 1. Drawn towards
-    small ellipses by errors, and a measure of distortion rather than an estimate: so
-    does the thesis use it (5.3.4). Raises InputError for fewer than five points, values
-    that are not finite, and points that leave it open, as four on a line do.
+    The sum is taken after the points are moved to mean zero and root mean square
+    distance sqrt(2), with coefficients of length 1. Errors bias the conic towards small
+    ellipses. It measures distortion rather than estimating a shape, as in the thesis.
+
+    Parameters
+    ----------
+    points : array_like of shape (N, 2)
+        Points, N >= 5, any unit.
+
+    Returns
+    -------
+    ndarray of shape (6,)
+        Coefficients of Q(x, y) = c0 x^2 + c1 x y + c2 y^2 + c3 x + c4 y + c5, of length
+        1 and with c0 + c2 >= 0.
+
+    Raises
+    ------
+    InputError
+        For fewer than five points, values that are not finite, and points that do not
+        determine a conic, such as four on a line.
+
+    References
+    ----------
+    Thesis 5.3.4.
     """
     points = checked_points("conic", points, 2, 5)
     T = _normalising(points)
     return _in_frame(_algebraic(_moved(T, points)), T)[0]
 
 
-def fit_conic(points, sigma=None):
-    """The conic, of any kind, of least squared distances from points.
+def fit_conic(points: ArrayLike, sigma: ArrayLike | None = None) -> ConicFit:
+    """Fit the conic, of any kind, of least squared distances to points.
 
-    points: (N, 2), N >= 5, any unit; sigma: standard deviations of the distances, a
-    number or (N,), or None: equal, and measured by what is left. It begins with
-    `algebraic_conic`. Coefficients are in the points' own units, where digits are lost
-    if the conic is far from zero for its size: move such points near to it. Returns
-    ConicFit. Raises InputError as `algebraic_conic`.
+    The fit starts from `algebraic_conic`. Coefficients are in the unit of the points.
+    Digits are lost if the conic is far from zero for its size: move such points near
+    zero.
+
+    Parameters
+    ----------
+    points : array_like of shape (N, 2)
+        Points, N >= 5, any unit.
+    sigma : float or array_like of shape (N,), optional
+        Standard deviations of the distances. None: equal, and estimated from the
+        residuals.
+
+    Returns
+    -------
+    ConicFit
+        Coefficients, covariance and residuals.
+
+    Raises
+    ------
+    InputError
+        As `algebraic_conic`.
     """
     points = checked_points("conic", points, 2, 5)
     T = _normalising(points)
@@ -61,13 +107,28 @@ def fit_conic(points, sigma=None):
     return _as_fit(fit, T, points, sigma)
 
 
-def conic_distances(coefficients, points):
-    """Signed distances (N,) of points (N, 2) from a conic (6,), and the nearest points.
+def conic_distances(
+    coefficients: NDArray[np.float64], points: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return signed distances of points from a conic, and the nearest points.
 
-    Newton's method from the first-order distance. What it finds is a foot of the
-    point's normal, for points near the conic the nearest; where it finds none, as from
-    the middle of a circle, the first-order distance Q / |grad Q| is given. Returns
-    (distances (N,), feet (N, 2)).
+    Newton's method starts from the first-order distance. It finds a foot of the point's
+    normal, which is the nearest one for points near the conic. Where it finds none, as
+    from the middle of a circle, the first-order distance Q / |grad Q| is returned.
+
+    Parameters
+    ----------
+    coefficients : ndarray of shape (6,)
+        Coefficients of Q.
+    points : ndarray of shape (N, 2)
+        Points, in the unit of the coefficients.
+
+    Returns
+    -------
+    distances : ndarray of shape (N,)
+        Distances, signed as Q.
+    feet : ndarray of shape (N, 2)
+        Points of the conic.
     """
     start = points - _newton_shift(coefficients, points)
     feet = start.copy()
@@ -97,8 +158,21 @@ def conic_distances(coefficients, points):
     return np.sign(value(coefficients, points)) * away, feet
 
 
-def value(coefficients, points):
-    """Q (..., N) at points (..., N, 2)."""
+def value(coefficients: ArrayLike, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values of Q at points.
+
+    Parameters
+    ----------
+    coefficients : array_like of shape (..., 6)
+        Coefficients of Q.
+    points : ndarray of shape (..., N, 2)
+        Points, in the unit of the coefficients.
+
+    Returns
+    -------
+    ndarray of shape (..., N)
+        Values of Q, negative inside an ellipse.
+    """
     return (_monomials(points) @ np.asarray(coefficients)[..., None])[..., 0]
 
 

@@ -7,9 +7,12 @@ The search is that of Eberly 2003, "Fitting 3D data with a cylinder" (geometrict
 with circles in place of his quadratic form.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, tangent_bases
@@ -26,12 +29,22 @@ WIDEST = 1e4  # radius over extent
 
 
 class CylinderFit(NamedTuple):
-    """The cylinder of `radius` about the z axis of T_frame_cylinder (4, 4).
+    """Cylinder about the z axis of a frame, with its covariance.
 
-    The frame's origin lies on the axis, about abeam of the points' mean; the largest
-    coordinate of z is positive. covariance: (5, 5) of turns about x and y, radians, of
-    shifts along x and y, and of the radius, in the cylinder's frame. residuals: (N,)
-    distances of all points, positive outside; sigma: see `Settled`.
+    Attributes
+    ----------
+    T_frame_cylinder : ndarray of shape (4, 4)
+        Frame of the cylinder. Its origin is on the axis, about abeam of the mean of the
+        points. The largest coordinate of z is positive.
+    radius : float
+        Radius, in the unit of the points.
+    covariance : ndarray of shape (5, 5)
+        Covariance of rotations about x and y (rad), of shifts along x and y, and of the
+        radius, in the cylinder's frame.
+    residuals : ndarray of shape (N,)
+        Distances of all points, positive outside.
+    sigma : float
+        Standard deviation of a distance, see `Settled`.
     """
 
     T_frame_cylinder: np.ndarray
@@ -41,20 +54,36 @@ class CylinderFit(NamedTuple):
     sigma: float
 
     @property
-    def axis(self):
-        """Unit direction (3,)."""
+    def axis(self) -> NDArray[np.float64]:
+        """Unit direction of the axis, shape (3,)."""
         return self.T_frame_cylinder[:3, 2]
 
 
-def fit_cylinder(points, sigma=None):
-    """The cylinder of least squared distances from points.
+def fit_cylinder(points: ArrayLike, sigma: ArrayLike | None = None) -> CylinderFit:
+    """Fit the cylinder of least squared distances to points.
 
-    points: (N, 3), N >= 7, any unit; sigma: standard deviations of the distances, a
-    number or (N,), or None: equal, and measured by what is left. Returns CylinderFit.
-    Raises InputError for fewer than seven points, values that are not finite, points on
-    a plane, also within their scatter: their radius is not three standard deviations.
-    Around a belt that is hardly higher than the scatter the axis may tilt farther than
-    the covariance says, which is that of small tilts.
+    Around a belt hardly higher than the scatter, the axis may tilt farther than the
+    covariance indicates: the covariance is that of small tilts.
+
+    Parameters
+    ----------
+    points : array_like of shape (N, 3)
+        Points, N >= 7, any unit.
+    sigma : float or array_like of shape (N,), optional
+        Standard deviations of the distances. None: equal, and estimated from the
+        residuals.
+
+    Returns
+    -------
+    CylinderFit
+        Frame, radius, covariance and residuals.
+
+    Raises
+    ------
+    InputError
+        For fewer than seven points, values that are not finite, and points on a plane.
+        Points are also on a plane if the radius is below three of its standard
+        deviations.
     """
     points = checked_points("cylinder", points, 3, FEWEST)
     _refuse_flat(points)

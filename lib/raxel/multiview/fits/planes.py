@@ -1,8 +1,11 @@
 """Planes through points in space: total least squares."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry.least_squares import descend, gauss_newton
@@ -94,7 +97,9 @@ def weights_of(shape, sigma, count):
     return np.broadcast_to(1 / given, (count,))
 
 
-def checked_points(shape, points, dimension, fewest):
+def checked_points(
+    shape: str, points: ArrayLike, dimension: int, fewest: int
+) -> NDArray[np.float64]:
     """Points (N, dimension) as floats; InputError for others, or for too few."""
     points = _numbers(shape, "points", points)
     if points.ndim != 2 or points.shape[1] != dimension:
@@ -148,13 +153,21 @@ FLAT = 1e-9  # of the extent: points nearer to a line than this lie on it
 
 
 class PlaneFit(NamedTuple):
-    """The plane z = 0 of T_frame_plane (4, 4), in the frame of the points.
+    """Plane z = 0 of a frame, with its covariance.
 
-    Its origin is the points' mean, x the direction in which they spread most, both
-    weighted as the distances are, z the normal, away from the frame's origin.
-    covariance: (3, 3) of turns about x and y, radians, and of the shift along z; the
-    plane's frame. residuals: (N,) distances of all points, positive on the side of z;
-    sigma: see `Settled`.
+    Attributes
+    ----------
+    T_frame_plane : ndarray of shape (4, 4)
+        Frame of the plane, in the frame of the points. Its origin is the mean of the
+        points, and x the direction of their largest spread, both weighted as the
+        distances. z is the normal, away from the origin of the points' frame.
+    covariance : ndarray of shape (3, 3)
+        Covariance of rotations about x and y (rad) and of the shift along z, in the
+        plane's frame.
+    residuals : ndarray of shape (N,)
+        Distances of all points, positive on the side of z.
+    sigma : float
+        Standard deviation of a distance, see `Settled`.
     """
 
     T_frame_plane: np.ndarray
@@ -163,19 +176,42 @@ class PlaneFit(NamedTuple):
     sigma: float
 
     @property
-    def normal(self):
-        """Unit (3,)."""
+    def normal(self) -> NDArray[np.float64]:
+        """Unit normal of the plane, shape (3,)."""
         return self.T_frame_plane[:3, 2]
 
 
-def fit_plane(points, sigma=None):
-    """The plane of least squared distances, in closed form.
+def fit_plane(points: ArrayLike, sigma: ArrayLike | None = None) -> PlaneFit:
+    """Fit the plane of least squared distances to points, in closed form.
 
-    points: (N, 3), N >= 3, any unit; sigma: standard deviations of the distances, a
-    number or (N,), or None: equal, and measured by what is left. Returns PlaneFit.
-    Raises InputError for fewer than three points, values that are not finite, and
-    points on one line.
-    Source: Pearson 1901, doi:10.1080/14786440109462720.
+    Parameters
+    ----------
+    points : array_like of shape (N, 3)
+        Points, N >= 3, any unit.
+    sigma : float or array_like of shape (N,), optional
+        Standard deviations of the distances. None: equal, and estimated from the
+        residuals.
+
+    Returns
+    -------
+    PlaneFit
+        Frame, covariance and residuals.
+
+    Raises
+    ------
+    InputError
+        For fewer than three points, values that are not finite, and points on one line.
+
+    References
+    ----------
+    Pearson 1901, doi:10.1080/14786440109462720.
+
+    Examples
+    --------
+    >>> from raxel.multiview import fit_plane
+    >>> fit = fit_plane([[0, 0, 5], [1, 0, 5], [0, 1, 5], [2, 3, 5]])
+    >>> fit.normal.round(6).tolist()
+    [0.0, 0.0, 1.0]
     """
     points = checked_points("plane", points, 3, 3)
     return _as_fit(_settled(points, sigma), points)
