@@ -4,11 +4,14 @@ No model of the scene but its plane is needed to take all distortion out, whatev
 camera. Its rays are met with the plane; points, a circle and whole pictures follow.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from raxel.cameras.core.base import closest_point, pixel_grid
+from raxel.cameras.core.base import Camera, closest_point, pixel_grid
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import cross_matrix, inverse_pose, rotate, transform
@@ -24,9 +27,16 @@ FARTHEST = 1e100  # mm
 
 
 class PlanePoints(NamedTuple):
-    """points: (N, 2) in the plane's frame, NaN where not valid; valid: (N,) bool.
+    """Points of a plane that pixels see.
 
-    per_px: (N, 2, 2) derivatives of the points by their pixels.
+    Attributes
+    ----------
+    points : ndarray of shape (N, 2)
+        Points in the plane's frame, mm; NaN if not valid.
+    valid : ndarray of shape (N,)
+        Whether a pixel sees the plane, bool.
+    per_px : ndarray of shape (N, 2, 2)
+        Derivatives of the points by their pixels, mm/px.
     """
 
     points: np.ndarray
@@ -35,10 +45,16 @@ class PlanePoints(NamedTuple):
 
 
 class CircleOnPlane(NamedTuple):
-    """A circle of a plane, measured in a picture.
+    """Circle of a plane, measured in an image.
 
-    fit: the `CircleFit` to points (n, 2) in the plane's frame; used: (N,) bool, the
-    pixels that they come from.
+    Attributes
+    ----------
+    fit : CircleFit
+        Circle through the points.
+    points : ndarray of shape (n, 2)
+        Points of the edge in the plane's frame.
+    used : ndarray of shape (N,)
+        Pixels that the points come from, bool.
     """
 
     fit: CircleFit
@@ -46,12 +62,48 @@ class CircleOnPlane(NamedTuple):
     used: np.ndarray
 
 
-def points_on_plane(camera, pixels, T_camera_plane):
-    """Where pixels (N, 2) see the plane z = 0 of T_camera_plane (4, 4): `PlanePoints`.
+def points_on_plane(
+    camera: Camera, pixels: ArrayLike, T_camera_plane: ArrayLike
+) -> PlanePoints:
+    """Return the points of a plane that pixels see.
 
-    camera: any Camera. Not valid are pixels without a ray, or whose ray, or that of a
-    neighbour half a pixel off, does not meet the plane ahead of its origin. Raises
-    InputError for a pose that is none, and pixels of another shape.
+    A pixel is not valid without a ray, or if its ray does not meet the plane ahead of
+    its origin. The same holds for the rays of its neighbours at half a pixel.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    pixels : array_like of shape (N, 2)
+        Pixels, px.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+
+    Returns
+    -------
+    PlanePoints
+        Points in the plane's frame with their derivatives.
+
+    Raises
+    ------
+    InputError
+        For an invalid pose, and pixels of another shape.
+
+    References
+    ----------
+    Thesis 5.3.4.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.multiview import points_on_plane
+    >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
+    >>> T_camera_plane = np.eye(4)
+    >>> T_camera_plane[2, 3] = 1000.0
+    >>> camera = PerspectiveCamera(K, [], 640, 480)
+    >>> points_on_plane(camera, [[370, 240]], T_camera_plane).points.round(6).tolist()
+    [[100.0, 0.0]]
     """
     pixels, T_camera_plane = np.asarray(pixels, float), checked_plane(T_camera_plane)
     if pixels.ndim != 2 or pixels.shape[1] != 2:
@@ -65,14 +117,44 @@ def points_on_plane(camera, pixels, T_camera_plane):
     return PlanePoints(np.where(valid[:, None], middle, np.nan), valid, per_px)
 
 
-def circle_outline(camera, T_camera_plane, centre, radius, count=360):
-    """Where a camera shows a circle of a plane: places to look for its edge.
+def circle_outline(
+    camera: Camera,
+    T_camera_plane: ArrayLike,
+    centre: ArrayLike,
+    radius: float,
+    count: int = 360,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a camera shows a circle of a plane, to search for its edge there.
 
-    centre: (2,), radius: in the plane's frame. Returns pixels (count, 2), unit normals
-    (count, 2) of the outline there, away from the circle's inside, and scale (count,),
-    px across the outline per length on the plane; NaN where the camera does not show
-    the circle, or beyond its picture. The camera may be one that is roughly known.
-    Raises InputError for a pose or circle that is none.
+    An approximately known camera suffices. Values are NaN where the camera does not
+    show the circle, or outside its image.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+    centre : array_like of shape (2,)
+        Centre in the plane's frame, mm.
+    radius : float
+        Radius, mm.
+    count : int
+        Number of points.
+
+    Returns
+    -------
+    pixels : ndarray of shape (count, 2)
+        Outline, px.
+    normals : ndarray of shape (count, 2)
+        Unit normals of the outline, away from the inside of the circle.
+    scale : ndarray of shape (count,)
+        Pixels across the outline per length on the plane, px/mm.
+
+    Raises
+    ------
+    InputError
+        For an invalid pose or circle.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     if np.shape(centre) != (2,) or not (0 < radius < np.inf):
@@ -100,21 +182,46 @@ def circle_outline(camera, T_camera_plane, centre, radius, count=360):
 
 
 def measured_circle(
-    camera, pixels, T_camera_plane, sigma_px=None, pose_covariance=None
-):
-    """The circle through points of its edge, carried along rays to their plane (5.3.4).
+    camera: Camera,
+    pixels: ArrayLike,
+    T_camera_plane: ArrayLike,
+    sigma_px: ArrayLike | None = None,
+    pose_covariance: ArrayLike | None = None,
+) -> CircleOnPlane:
+    """Measure a circle of a plane from pixels of its edge.
 
-    pixels: (N, 2) of the edge, such as `raxel.features.edge_profiles` finds; those that
-    are not finite or do not see the plane are left out. T_camera_plane: (4, 4), known,
-    or estimated from corners. sigma_px: standard deviation of the edge's place, a
-    number or (N,), None where equal on the plane and unknown; each is carried to the
-    plane by the camera's own scale there. pose_covariance: (6, 6) of (w, s), the error
-    of the pose as R exp([w]x), t + R s; None: the circle's covariance is that of a
-    plane that is known. Returns CircleOnPlane. Raises InputError as `fit_circle`.
+    The thesis calls this a double evaluation: the pose came from the same camera.
+    Residuals and radius cannot show ray errors that are common to corners and circle.
 
-    The thesis calls this a double evaluation: the pose came from the same camera. The
-    residuals and the radius cannot show rays that are wrong in the same way at corners
-    and circle.
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    pixels : array_like of shape (N, 2)
+        Pixels of the edge, such as `raxel.features.edge_profiles` finds, px. Pixels
+        that are not finite or do not see the plane are excluded.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane, known or estimated from corners, mm.
+    sigma_px : float or array_like of shape (N,), optional
+        Standard deviation of the edge, px, propagated to the plane by the camera's
+        local scale. None: equal on the plane and unknown.
+    pose_covariance : array_like of shape (6, 6), optional
+        Covariance of (w, s), the error of the pose as R exp([w]x), t + R s. None: the
+        plane is taken as known.
+
+    Returns
+    -------
+    CircleOnPlane
+        Circle fit, its points and the pixels used.
+
+    Raises
+    ------
+    InputError
+        As `fit_circle`.
+
+    References
+    ----------
+    Thesis 5.3.4.
     """
     seen = points_on_plane(camera, pixels, T_camera_plane)
     _check_uncertainty(len(seen.valid), sigma_px, pose_covariance)
@@ -138,7 +245,7 @@ def measured_circle(
     return CircleOnPlane(fit, points, seen.valid)
 
 
-def checked_plane(T_camera_plane):
+def checked_plane(T_camera_plane: ArrayLike) -> NDArray[np.float64]:
     """A plane's pose (4, 4) as floats; InputError for what is no rotation and shift."""
     T = np.asarray(T_camera_plane, float)
     if T.shape != (4, 4) or not (
@@ -197,15 +304,46 @@ def _lengths(vectors):
     return np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
-    """A camera's picture laid out on a plane: its distortion is gone (Fig. 5.18).
+def plane_picture(
+    camera: Camera,
+    image: np.ndarray,
+    T_camera_plane: ArrayLike,
+    corner: ArrayLike,
+    size: ArrayLike,
+    per_px: float,
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Return a camera's image laid out on a plane, without its distortion.
 
-    image: (H, W) or (H, W, C), whole, of the camera; corner: (2,) the upper left of
-    what is wanted and size: (width, height), in the plane's frame, mm; per_px: mm per
-    pixel of the new picture, whose pixel (u, v) has its centre at corner +
-    per_px (u + 1/2, v + 1/2). Returns picture and seen as `remap_to_plane`. Raises
-    InputError as that, for an image that is not the camera's, and for a picture without
-    a size or beyond MOST_PIXELS.
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    image : ndarray of shape (H, W) or (H, W, C)
+        Whole image of the camera.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+    corner : array_like of shape (2,)
+        Upper left corner of the part shown, plane's frame, mm.
+    size : array_like of shape (2,)
+        Width and height of the part shown, mm.
+    per_px : float
+        Length of a pixel of the new image, mm. Pixel (u, v) has its centre at
+        corner + per_px (u + 1/2, v + 1/2).
+
+    Returns
+    -------
+    picture, seen : ndarray
+        As `remap_to_plane`.
+
+    Raises
+    ------
+    InputError
+        As `remap_to_plane`. Also for an image that is not the camera's, and a new image
+        without a size or beyond MOST_PIXELS.
+
+    References
+    ----------
+    Thesis, Fig. 5.18.
     """
     checked_picture(np.divide(size, per_px) if per_px > 0 else (np.nan, np.nan))
     location = plane_locations(camera, image, T_camera_plane) - corner
@@ -267,17 +405,44 @@ GRID = 61  # rays each way that a view is chosen by
 FEWEST = 3  # of them that meet the plane
 
 
-def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
-    """The pinhole nearest to a camera's rays, looking at a part of a plane.
+def view_of_plane(
+    camera: Camera,
+    T_camera_plane: ArrayLike,
+    per_px: float,
+    corner: ArrayLike | None = None,
+    size: ArrayLike | None = None,
+) -> PerspectiveView:
+    """Return the pinhole nearest to a camera's rays that views a part of a plane.
 
-    camera: any Camera; T_camera_plane: (4, 4), whose x and y axes become right and down
-    in the picture; per_px: length on the plane, at the view's middle, of a pixel;
-    corner (2,), size (2,): the part in the plane's frame, all that the camera sees of
-    it if not given, which is too much of a plane that is seen as far as its horizon.
-    The pinhole is the point nearest to the rays that meet this part, behind a mirror;
-    it looks at the part's middle, and the picture holds all of it. Returns
-    PerspectiveView. Raises InputError where hardly a ray meets the part, and for a
-    pose, part or scale that is none.
+    The pinhole is the point nearest to the rays that meet this part, behind a mirror.
+    It points at the middle of the part, and its image holds all of it.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane, mm. Its x and y axes become right and down in the image.
+    per_px : float
+        Length of a pixel on the plane at the middle of the view, mm.
+    corner, size : array_like of shape (2,), optional
+        The part in the plane's frame, mm. None: all that the camera sees of it, which
+        is too much for a plane visible as far as its horizon.
+
+    Returns
+    -------
+    PerspectiveView
+        The virtual pinhole.
+
+    Raises
+    ------
+    InputError
+        If fewer than three rays meet the part, and for an invalid pose, part or scale.
+
+    References
+    ----------
+    Thesis 5.3.4, Fig. 5.19. Swaminathan, Grossberg, Nayar 2003,
+    doi:10.1109/CVPR.2003.1211522.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     if not 0 < per_px < np.inf:
@@ -321,23 +486,58 @@ def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
     return PerspectiveView(K, R, centre, int(width), int(height))
 
 
-def view_pixels(view, points):
-    """Where a PerspectiveView shows points (N, 3) of the camera frame: (N, 2) px.
+def view_pixels(view: PerspectiveView, points: ArrayLike) -> NDArray[np.float64]:
+    """Return where a view shows points of the camera frame.
 
-    NaN for points behind it.
+    Parameters
+    ----------
+    view : PerspectiveView
+        Virtual pinhole.
+    points : array_like of shape (N, 3)
+        Points in the camera frame, mm.
+
+    Returns
+    -------
+    ndarray of shape (N, 2)
+        Pixels, px; NaN for points behind the view.
     """
     seen = (np.asarray(points, float) - view.centre) @ view.R_camera_view @ view.K.T
     ahead = np.where(seen[:, 2:] > 0, seen[:, 2:], np.nan)
     return seen[:, :2] / ahead
 
 
-def view_over_plane(camera, image, view, T_camera_plane):
-    """A camera's image as the view shows it, the scene assumed on a plane (Fig. 5.19).
+def view_over_plane(
+    camera: Camera, image: np.ndarray, view: PerspectiveView, T_camera_plane: ArrayLike
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Return a camera's image as a view shows it, with the scene assumed on a plane.
 
-    By the camera's rays alone, as mirrors find rays of pixels faster than pixels of
-    points. image: (H, W) or (H, W, C), whole. Returns picture (height, width[, C]) and
-    seen, as `raxel.multiview.views.remap_to_plane`. Raises InputError as that, and
-    for an image that is not the camera's.
+    It uses the camera's rays alone: mirrors find rays of pixels faster than pixels of
+    points.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    image : ndarray of shape (H, W) or (H, W, C)
+        Whole image of the camera.
+    view : PerspectiveView
+        Virtual pinhole.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+
+    Returns
+    -------
+    picture, seen : ndarray
+        As `remap_to_plane`, of the view's height and width.
+
+    Raises
+    ------
+    InputError
+        As `remap_to_plane`, and for an image that is not the camera's.
+
+    References
+    ----------
+    Thesis, Fig. 5.19.
     """
     on = plane_locations(camera, image, T_camera_plane)
     points = transform(T_camera_plane, on_plane(on.reshape(-1, 2)))
@@ -349,11 +549,33 @@ def view_over_plane(camera, image, view, T_camera_plane):
     return remap_to_plane(image, places + 0.5, None, None, size, 1.0)
 
 
-def shown_in_view(camera, view, pixels, T_camera_plane):
-    """Where what the camera sees at pixels (N, 2) lands in a view over a plane: (N, 2).
+def shown_in_view(
+    camera: Camera, view: PerspectiveView, pixels: ArrayLike, T_camera_plane: ArrayLike
+) -> NDArray[np.float64]:
+    """Return where a camera's pixels appear in a view over a plane.
 
-    The inverse of `view_over_plane`; NaN where a ray does not meet the plane. Raises
-    InputError for a pose that is none.
+    The inverse of `view_over_plane`.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    view : PerspectiveView
+        Virtual pinhole.
+    pixels : array_like of shape (N, 2)
+        Pixels of the camera, px.
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+
+    Returns
+    -------
+    ndarray of shape (N, 2)
+        Pixels of the view, px; NaN if a ray does not meet the plane.
+
+    Raises
+    ------
+    InputError
+        For an invalid pose.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     rays = camera.rays(pixels)
@@ -361,11 +583,31 @@ def shown_in_view(camera, view, pixels, T_camera_plane):
     return view_pixels(view, transform(T_camera_plane, on_plane(hits.points)))
 
 
-def facing_plane(T_camera_plane, viewpoint, offset):
-    """The plane moved by `offset` towards a viewpoint (3,), along its normal (4, 4).
+def facing_plane(
+    T_camera_plane: ArrayLike, viewpoint: ArrayLike, offset: float
+) -> NDArray[np.float64]:
+    """Return a plane moved along its normal towards a viewpoint.
 
-    A relief is best assumed at its mean height above the plate that holds it. Raises
-    InputError for a pose that is none.
+    A relief is best assumed at its mean height above the plate that holds it.
+
+    Parameters
+    ----------
+    T_camera_plane : array_like of shape (4, 4)
+        Pose of the plane z = 0, mm.
+    viewpoint : array_like of shape (3,)
+        Point in the camera frame, mm.
+    offset : float
+        Length of the shift, mm.
+
+    Returns
+    -------
+    ndarray of shape (4, 4)
+        Pose of the moved plane, mm.
+
+    Raises
+    ------
+    InputError
+        For an invalid pose.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     side = transform(inverse_pose(T_camera_plane), np.asarray(viewpoint)[None])[0, 2]

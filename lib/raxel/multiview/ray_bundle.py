@@ -95,9 +95,10 @@ class RayBundle(NamedTuple):
     rays: int
 
     def shift(self, view: int) -> NDArray[np.float64]:
-        """Return the position (3,) of the first view's centre relative to another view's.
+        """Return the shift (3,) of the rays' centre between the first view and another.
 
-        Both are centres of rays; the frame is that of the other view, mm.
+        It is where the first centre is seen from the other, frame of the other view,
+        mm.
         """
         T = self.T_view_world[view] @ inverse_pose(self.T_view_world[0])
         return T[:3, :3] @ self.centre + T[:3, 3] - self.centre

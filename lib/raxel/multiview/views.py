@@ -8,13 +8,16 @@ none is fitted (thesis 3.3.4). What the plane's view cannot show is depth; where
 camera is central, the picture is the one of a pinhole whose image plane the grid is.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from raxel.cameras.core.base import closest_point, pixel_grid
+from raxel.cameras.core.base import Camera, closest_point, pixel_grid
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.geometry.pixel_cells import usual_step, whole_cells
@@ -33,10 +36,18 @@ FAR = 1e6
 
 
 class PerspectiveView(NamedTuple):
-    """A virtual pinhole at the camera's centre.
+    """Virtual pinhole at the centre of a camera.
 
-    K (3, 3) in pixels; R_camera_view (3, 3) turns directions of the view into the
-    camera frame; centre (3,) in the camera frame; width, height in pixels.
+    Attributes
+    ----------
+    K : ndarray of shape (3, 3)
+        Calibration matrix, px.
+    R_camera_view : ndarray of shape (3, 3)
+        Rotation of directions of the view into the camera frame.
+    centre : ndarray of shape (3,)
+        Centre in the camera frame, mm.
+    width, height : int
+        Size, px.
     """
 
     K: np.ndarray
@@ -45,22 +56,46 @@ class PerspectiveView(NamedTuple):
     width: int
     height: int
 
-    def directions(self, pixels):
-        """Unit directions (N, 3), in the camera frame, of the view's pixels (N, 2)."""
+    def directions(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return unit directions (N, 3), in the camera frame, of pixels (N, 2)."""
         homogeneous = np.column_stack((pixels, np.ones(len(pixels))))
         straight = homogeneous @ np.linalg.inv(self.K).T
         straight /= np.linalg.norm(straight, axis=1, keepdims=True)
         return straight @ self.R_camera_view.T
 
 
-def perspective_view(camera):
-    """The pinhole that shows what `camera` saw.
+def perspective_view(camera: Camera) -> PerspectiveView:
+    """Return the pinhole that shows what a central camera sees.
 
-    A PerspectiveCamera keeps its K and loses its distortion. Any other central camera
-    is looked along the ray nearest to the image's middle, with the image's u to the
-    right: at the image's own scale there, or smaller, so that all rays within 60
-    degrees of that one are in the picture. Raises InputError for a camera without a
-    single centre, or with too few rays.
+    A PerspectiveCamera keeps its K and loses its distortion. For any other camera the
+    view points along the ray nearest to the middle of the image, with the u axis to the
+    right. Its scale is that of the image there, or smaller, so that all rays within 60
+    degrees of that one are in the view.
+
+    Parameters
+    ----------
+    camera : Camera
+        A central camera.
+
+    Returns
+    -------
+    PerspectiveView
+        The virtual pinhole.
+
+    Raises
+    ------
+    InputError
+        For a camera without a single centre, or with too few rays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.multiview import perspective_view
+    >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
+    >>> view = perspective_view(PerspectiveCamera(K, [-0.1], 640, 480))
+    >>> view.directions([[320, 240]]).tolist()
+    [[0.0, 0.0, 1.0]]
     """
     size = camera.width, camera.height
     if isinstance(camera, PerspectiveCamera):
@@ -94,11 +129,23 @@ def _focal_that_holds(camera, R_camera_view, middle):
     return float((room / np.maximum(np.abs(slopes), LEAST_SLOPE)).min())
 
 
-def source_pixels(camera, view):
-    """Where each pixel of the view comes from, (height, width, 2) float32.
+def source_pixels(
+    camera: Camera, view: PerspectiveView | CylindricalView
+) -> NDArray[np.float32]:
+    """Return the camera pixel that each pixel of a view shows.
 
-    view: anything with `directions`, `centre`, `width` and `height`. The position is
-    far outside the image where the camera does not see that direction.
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    view : PerspectiveView or CylindricalView
+        Any object with `directions`, `centre`, `width` and `height`.
+
+    Returns
+    -------
+    ndarray of shape (height, width, 2)
+        Pixels, px, float32; far outside the image if the camera does not see a
+        direction.
     """
     sources = np.full((view.height * view.width, 2), NOWHERE, dtype=np.float32)
     rows = max(1, BLOCK // view.width)
@@ -111,14 +158,40 @@ def source_pixels(camera, view):
     return sources.reshape(view.height, view.width, 2)
 
 
-def share_seen(sources, camera):
-    """The share of a view's pixels whose `source_pixels` lie in the camera's image."""
+def share_seen(sources: np.ndarray, camera: Camera) -> float:
+    """Return the share of a view's pixels that the camera sees.
+
+    Parameters
+    ----------
+    sources : ndarray of shape (height, width, 2)
+        Pixels as from `source_pixels`, px.
+    camera : Camera
+        The camera of these pixels.
+
+    Returns
+    -------
+    float
+        Share of the pixels inside the image, 0 to 1.
+    """
     last = np.array([camera.width, camera.height]) - 0.5
     return float(((sources >= -0.5) & (sources <= last)).all(axis=-1).mean())
 
 
-def resample(image, sources):
-    """The image (H, W[, 3]) at `sources` (h, w, 2); black where there is nothing."""
+def resample(image: np.ndarray, sources: np.ndarray) -> np.ndarray:
+    """Return an image interpolated at source pixels.
+
+    Parameters
+    ----------
+    image : ndarray of shape (H, W) or (H, W, 3)
+        Image of the camera.
+    sources : ndarray of shape (h, w, 2)
+        Pixels as from `source_pixels`, px.
+
+    Returns
+    -------
+    ndarray of shape (h, w) or (h, w, 3)
+        The new image, black outside the old one.
+    """
     import cv2
 
     u, v = np.ascontiguousarray(sources[..., 0]), np.ascontiguousarray(sources[..., 1])
@@ -168,11 +241,21 @@ GRID = 401
 
 
 class CylindricalView(NamedTuple):
-    """An upright cylinder about the camera's centre, unrolled once around.
+    """Upright cylinder about the centre of a camera, unrolled once around.
 
-    radius and horizon (the row of elevation 0) in pixels; R_camera_view (3, 3) turns
-    directions of the view, x right and y down, z to the middle column, into the camera
-    frame; centre (3,) in the camera frame; width, height in pixels.
+    Attributes
+    ----------
+    radius : float
+        Radius, px.
+    horizon : float
+        Row of elevation 0, px.
+    R_camera_view : ndarray of shape (3, 3)
+        Rotation of directions of the view into the camera frame. In the view x is
+        right, y down, and z points to the middle column.
+    centre : ndarray of shape (3,)
+        Centre in the camera frame, mm.
+    width, height : int
+        Size, px.
     """
 
     radius: float
@@ -183,26 +266,26 @@ class CylindricalView(NamedTuple):
     height: int
 
     @property
-    def middle(self):
-        """The column, px, of azimuth 0."""
+    def middle(self) -> float:
+        """Column of azimuth 0, px."""
         return (self.width - 1) / 2
 
-    def elevations(self, rows):
-        """Elevations, radians, of rows (N,) px."""
+    def elevations(self, rows: ArrayLike) -> NDArray[np.float64]:
+        """Return the elevations (N,), rad, of rows (N,), px."""
         return np.arctan((self.horizon - np.asarray(rows, float)) / self.radius)
 
-    def directions(self, pixels):
-        """Unit directions (N, 3), in the camera frame, of the view's pixels (N, 2)."""
+    def directions(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return unit directions (N, 3), in the camera frame, of pixels (N, 2)."""
         azimuth = (pixels[:, 0] - self.middle) / self.radius
         drop = (pixels[:, 1] - self.horizon) / self.radius
         out = np.column_stack([np.sin(azimuth), drop, np.cos(azimuth)])
         out /= np.linalg.norm(out, axis=1, keepdims=True)
         return out @ self.R_camera_view.T
 
-    def project(self, points):
-        """Where the view shows points (N, 3) of the camera frame: (N, 2) px.
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the pixels (N, 2) of points (N, 3) of the camera frame.
 
-        NaN for points on the cylinder's axis. Behind the camera the picture begins
+        NaN for points on the axis of the cylinder. Behind the camera the view begins
         anew: azimuth runs from -pi to pi.
         """
         x, y, z = ((points - self.centre) @ self.R_camera_view).T
@@ -213,14 +296,37 @@ class CylindricalView(NamedTuple):
         return np.where(across[:, None] > 0, np.column_stack([u, v]), np.nan)
 
 
-def cylindrical_view(camera, down, ahead, width):
-    """The cylinder that holds a central camera's rays, `width` px around.
+def cylindrical_view(
+    camera: Camera, down: ArrayLike, ahead: ArrayLike, width: int
+) -> CylindricalView:
+    """Return the cylinder that holds the rays of a central camera.
 
-    down: (3,) the axis of the cylinder, ahead: (3,) what the middle column looks at,
-    both in the camera frame, of any length; ahead is made level. The height follows
-    from the highest and the lowest ray within 75 degrees of the horizon, at the scale
-    that the width has; rows end on the last whole pixel. Raises InputError for a
-    camera without a single centre or such rays, and for directions that span no frame.
+    The height follows from the highest and the lowest ray within 75 degrees of the
+    horizon, at the scale of the width. Rows end on the last whole pixel.
+
+    Parameters
+    ----------
+    camera : Camera
+        A central camera.
+    down : array_like of shape (3,)
+        Axis of the cylinder in the camera frame, of any length.
+    ahead : array_like of shape (3,)
+        Direction of the middle column in the camera frame, of any length; it is
+        levelled.
+    width : int
+        Width once around, px.
+
+    Returns
+    -------
+    CylindricalView
+        The unrolled cylinder.
+
+    Raises
+    ------
+    InputError
+        With code ``not-central`` for a camera without a single centre,
+        ``outside-image`` without rays near the horizon, ``parallel-directions`` for
+        parallel directions.
     """
     if not camera.central:
         raise InputError(
@@ -289,25 +395,54 @@ def plane_scale(location, mask=None):
     return tuple(size), max(step, float(np.sqrt(np.prod(size) / most)))
 
 
-def remap_to_plane(image, location, sigma, mask, size_mm, mm_per_px):
-    """What a camera saw, as a picture of the plane that an active grid lay in.
-
-    image: (H, W) or (H, W, C), of the camera whose pixels see `location` (H, W, 2), in
-    mm from the upper left corner of the grid, x right and y down. sigma: (H, W, 2), mm,
-    standard deviations, or None; mask: (H, W) bool, where a location counts, or None
-    for all that are finite. size_mm: (width, height) of the picture's area, from the
-    grid's corner; mm_per_px: of the picture, whose pixel (u, v) has its centre at
-    mm_per_px (u + 1/2, v + 1/2).
+def remap_to_plane(
+    image: np.ndarray,
+    location: ArrayLike,
+    sigma: ArrayLike | None,
+    mask: ArrayLike | None,
+    size_mm: ArrayLike,
+    mm_per_px: float,
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Return what a camera sees as an image of the plane of an active grid.
 
     Between four pixels that see one piece of surface (`whole_cells`) values are linear
-    in two triangles; nothing is filled in beyond. Where several parts of the image see
-    a place, as through facets, they are averaged with weights 1/sigma^2. Where the
-    camera sees more finely than the picture shows, up to 8 x 8 samples of a pixel are
-    averaged. Memory: a copy of the image and the picture as float, a byte a sample.
+    in two triangles. Nothing is filled in outside. Positions seen by several parts of
+    the image, as through facets, are averaged with weights 1/sigma^2. Where the camera
+    resolves more than the new image, up to 8 x 8 samples of a pixel are averaged.
+    Memory: a copy of the image and the new image as float, a byte a sample.
 
-    Returns picture (h, w[, C]) of the image's type, 0 where nothing is seen, and seen
-    (h, w) bool: at least half of the pixel's samples are. Raises InputError for shapes
-    that do not fit, and where no four pixels see one surface.
+    Parameters
+    ----------
+    image : ndarray of shape (H, W) or (H, W, C)
+        Image of the camera.
+    location : array_like of shape (H, W, 2)
+        Position that each pixel sees, mm from the upper left corner of the grid, x
+        right and y down.
+    sigma : array_like of shape (H, W, 2), optional
+        Standard deviations of the positions, mm.
+    mask : array_like of shape (H, W), optional
+        Where a position counts, bool. None: all that are finite.
+    size_mm : array_like of shape (2,)
+        Width and height of the new image from the grid's corner, mm.
+    mm_per_px : float
+        Length of a pixel of the new image, mm. Pixel (u, v) has its centre at
+        mm_per_px (u + 1/2, v + 1/2).
+
+    Returns
+    -------
+    picture : ndarray of shape (h, w) or (h, w, C)
+        New image of the image's type, 0 where nothing is visible.
+    seen : ndarray of shape (h, w)
+        Whether at least half of the samples of a pixel are visible, bool.
+
+    Raises
+    ------
+    InputError
+        For shapes that do not match, and if no four pixels see one surface.
+
+    References
+    ----------
+    Thesis 3.3.4.
     """
     image = np.asarray(image)
     location, sigma = _checked(image, location, sigma, mask)

@@ -127,7 +127,7 @@ def checked_points(
     return points
 
 
-def _numbers(shape, name, given):
+def _numbers(shape: str, name: str, given: ArrayLike) -> NDArray[np.float64]:
     """An array of floats; InputError for what is none."""
     try:
         return np.asarray(given, float)
