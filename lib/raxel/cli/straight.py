@@ -1,5 +1,6 @@
 """Two ways to take the distortion out of pictures: by a camera, by one active grid."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ class Straightener(NamedTuple):
     """picture: callable, image -> picture; share: of its pixels that show anything;
     sees: what sees these; rest: why there may be few."""
 
-    picture: callable
+    picture: Callable[[np.ndarray], np.ndarray]
     share: float
     sees: str
     rest: str

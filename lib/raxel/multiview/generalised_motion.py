@@ -307,7 +307,7 @@ def refine_generalised_pose(
         T, margin = start.T_2_1, start.margin
         if len(start.inliers) == len(inliers):
             inliers = start.inliers
-    R, u = pairs.about_centre(checked_motion(T))
+    R, u = pairs.about_centre(checked_motion(T))  # type: ignore[arg-type]
     return adjusted(pairs, inliers, R, u, length, margin, most)
 
 

@@ -121,7 +121,8 @@ def relative_pose(directions_1: ArrayLike, directions_2: ArrayLike) -> RelativeP
     >>> from raxel.multiview import relative_pose
     >>> points = np.random.default_rng(1).uniform(-1, 1, (20, 3)) + [0, 0, 4]
     >>> moved = points + [0.5, 0, 0]
-    >>> d_1, d_2 = (p / np.linalg.norm(p, axis=1, keepdims=True) for p in (points, moved))
+    >>> d_1 = points / np.linalg.norm(points, axis=1, keepdims=True)
+    >>> d_2 = moved / np.linalg.norm(moved, axis=1, keepdims=True)
     >>> (np.abs(relative_pose(d_1, d_2).T_2_1[:3, 3]).round(6) + 0.0).tolist()
     [1.0, 0.0, 0.0]
     """

@@ -407,13 +407,13 @@ def triangulate(
     --------
     >>> import numpy as np
     >>> from raxel.cameras import PerspectiveCamera
-    >>> from raxel.multiview import RayView, triangulate
+    >>> from raxel.multiview import RayView, rays_of_pixels, triangulate
     >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
     >>> camera = PerspectiveCamera(K, [], 640, 480)
     >>> T_view_world = np.stack([np.eye(4), np.eye(4)])
     >>> T_view_world[1, 0, 3] = -100.0
     >>> pixels = [[[320, 240]], [[270, 240]]]
-    >>> views = [RayView(camera.rays(np.array(p, float))) for p in pixels]
+    >>> views = [RayView(rays_of_pixels(camera, p, sd_px=0.1)) for p in pixels]
     >>> (triangulate(views, T_view_world).points.round(3) + 0.0).tolist()
     [[0.0, 0.0, 1000.0]]
     """

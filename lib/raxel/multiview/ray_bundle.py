@@ -104,7 +104,7 @@ class RayBundle(NamedTuple):
         return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
 
     def scale_sd(self, view: int) -> float:
-        """Return the standard deviation of a view's distance, as a share of the distance.
+        """Return the standard deviation of a view's distance, as a share of it.
 
         The distance is that from the first view. It is 0 for a distance that was held.
         """
@@ -171,7 +171,7 @@ def bundle_rays(
     centre, spread = _centre(views)
     _check_scale(T, centre, spread, held)
     seen, used, h = _start(views, T, points, centre)
-    problem = _Poses(seen, held, PlacedPoints(*seen.poses(T), h))
+    problem = _Poses(seen, held, PlacedPoints(*seen.poses(T), h))  # type: ignore[call-arg]
     state, costs, converged = descend(
         problem.evaluate,
         problem.move,

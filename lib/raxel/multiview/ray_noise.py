@@ -61,12 +61,12 @@ class NoisyRays(NamedTuple):
     directions: np.ndarray
     covariance: np.ndarray
 
-    def of(self, which: ArrayLike) -> NoisyRays:
+    def of(self, which: np.ndarray | slice) -> NoisyRays:
         """Return the rays that an index or a mask (N,) selects."""
         return NoisyRays(*(field[which] for field in self))
 
     def moved(self, shift: NDArray[np.float64]) -> NoisyRays:
-        """Return the rays in a frame with its origin at `shift` (3,) and the same axes."""
+        """Return the rays in a frame with origin `shift` (3,) and the same axes."""
         return self._replace(origins=self.origins - shift)
 
     def slid(self, along: NDArray[np.float64]) -> NoisyRays:
@@ -160,7 +160,8 @@ def rays_of_pixels(
     >>> from raxel.cameras import PerspectiveCamera
     >>> from raxel.multiview import rays_of_pixels
     >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
-    >>> rays = rays_of_pixels(PerspectiveCamera(K, [], 640, 480), [[320, 240]], sd_px=0.5)
+    >>> camera = PerspectiveCamera(K, [], 640, 480)
+    >>> rays = rays_of_pixels(camera, [[320, 240]], sd_px=0.5)
     >>> round(float(np.sqrt(rays.covariance[0, 3, 3])), 6)
     0.001
     """
@@ -190,7 +191,7 @@ def rays_of_pixels(
     return NoisyRays(middle[:, :3], middle[:, 3:], J @ np.swapaxes(J, 1, 2))
 
 
-def with_noise(rays):
+def with_noise(rays) -> NoisyRays:
     """Rays as they are if they know their noise, else as `angular_rays` of 1 radian."""
     if hasattr(rays, "covariance"):
         o, _ = checked_rays(rays)
@@ -260,8 +261,8 @@ class MatchedRays(NamedTuple):
     centre: np.ndarray
     spread: float
 
-    def of(self, which: ArrayLike) -> MatchedRays:
-        """Return the pairs that an index or a mask (N,) selects, with the same centre."""
+    def of(self, which: np.ndarray | slice) -> MatchedRays:
+        """Return the pairs that an index or mask (N,) selects, same centre."""
         return self._replace(rays_1=self.rays_1.of(which), rays_2=self.rays_2.of(which))
 
     def whole(

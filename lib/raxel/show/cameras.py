@@ -3,13 +3,18 @@
 Everything is in the camera's frame; `moved` brings parts into another one.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import centrality, closest_point
+from raxel.cameras.core.base import Camera
 from raxel.cameras.core.caustic import caustic_points
 from raxel.cameras.registry import load_camera
 from raxel.errors import CalibrationError, InputError
@@ -18,13 +23,16 @@ from raxel.features.boards import check_chessboard, detect_boards
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.io.files import read_json
+from raxel.lab.rig import Rig
 from raxel.lab.set_rendering import POSES
 from raxel.sets.model import ActiveGrid, Chessboard
 from raxel.show.scene import (
     Arrows,
     Labels,
+    Part,
     Points,
     Polyline,
+    Scene,
     Segments,
     Surface,
     finite_points,
@@ -49,10 +57,30 @@ PYRAMID = ((-0.6, -0.45, 1), (0.6, -0.45, 1), (0.6, 0.45, 1), (-0.6, 0.45, 1))
 ONE_POINT = 1e-6
 
 
-def rays(camera, reach, grid=RAY_GRID, colour=BLUE, label="ray"):
-    """Rays of a grid of pixels as Segments of length `reach`.
+def rays(
+    camera: Camera,
+    reach: float,
+    grid: tuple[int, int] = RAY_GRID,
+    colour: str = BLUE,
+    label: str = "ray",
+) -> Segments:
+    """Return rays of a grid of pixels as segments.
 
-    grid: (columns, rows) of pixels, spread over the image.
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    reach : float
+        Length of the rays, mm.
+    grid : tuple of int
+        Columns and rows of pixels, spread over the image.
+    colour, label : str
+        Colour (hexadecimal) and label of the part.
+
+    Returns
+    -------
+    Segments
+        Rays in the camera frame.
     """
     seen = camera.rays(spread_pixels(camera, grid))
     ends = seen.origins + reach * seen.directions
@@ -96,8 +124,28 @@ def field_edge(camera):
     return pixels(found)
 
 
-def field_of_view(camera, reach, colour=SKY, label="edge of the field of view"):
-    """The rays' ends around the field of view, and a few rays along it: two parts."""
+def field_of_view(
+    camera: Camera,
+    reach: float,
+    colour: str = SKY,
+    label: str = "edge of the field of view",
+) -> list[Polyline | Segments]:
+    """Return the ends of the rays around the field of view, and a few of these rays.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    reach : float
+        Length of the rays, mm.
+    colour, label : str
+        Colour (hexadecimal) and label of the part.
+
+    Returns
+    -------
+    list
+        A Polyline and Segments in the camera frame.
+    """
     seen = camera.rays(field_edge(camera))
     ends = seen.origins + reach * seen.directions
     few = slice(AROUND // 16, None, AROUND // 8)
@@ -107,12 +155,37 @@ def field_of_view(camera, reach, colour=SKY, label="edge of the field of view"):
     ]
 
 
-def frustum(camera, reach, colour=INK, label="camera"):
-    """A small pyramid that stands for a camera which sees less than a half space.
+def frustum(
+    camera: Camera, reach: float, colour: str = INK, label: str = "camera"
+) -> Segments:
+    """Return a small pyramid that represents a camera.
 
-    Its edges go along the rays of the image's corners to the depth `reach`, mm; a
-    peak marks the upper side of the picture. Where the corners have no rays, or
+    The camera sees less than a half space. The edges follow the rays of the image
+    corners. A peak marks the upper side of the image. If the corners have no rays, or
     sideways ones, the pyramid is the same for every camera.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    reach : float
+        Depth of the pyramid, mm.
+    colour, label : str
+        Colour (hexadecimal) and label of the part.
+
+    Returns
+    -------
+    Segments
+        Edges in the camera frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.show import frustum
+    >>> K = np.array([[500, 0, 320], [0, 500, 240], [0, 0, 1.0]])
+    >>> np.shape(frustum(PerspectiveCamera(K, [], 640, 480), 50.0).starts)
+    (10, 3)
     """
     w, h = camera.width - 1, camera.height - 1
     seen = camera.rays(np.array([[0, 0], [w, 0], [w, h], [0, h]], float))
@@ -128,8 +201,31 @@ def frustum(camera, reach, colour=INK, label="camera"):
     return Segments(starts, ends, colour, label, 2.0)
 
 
-def axes(length, T_frame_axes=None, labelled=True):
-    """Arrows x, y, z of a frame, `length` mm long, with their names."""
+def axes(
+    length: float, T_frame_axes: ArrayLike | None = None, labelled: bool = True
+) -> list[Arrows | Labels]:
+    """Return arrows x, y, z of a frame, with their names.
+
+    Parameters
+    ----------
+    length : float
+        Length of the arrows, mm.
+    T_frame_axes : array_like of shape (4, 4), optional
+        Pose of the axes. None: the axes of the frame itself.
+    labelled : bool
+        Whether to add the names.
+
+    Returns
+    -------
+    list
+        Three Arrows, and three Labels if `labelled`.
+
+    Examples
+    --------
+    >>> from raxel.show import axes
+    >>> [type(part).__name__ for part in axes(100.0, labelled=False)]
+    ['Arrows', 'Arrows', 'Arrows']
+    """
     T = np.eye(4) if T_frame_axes is None else np.asarray(T_frame_axes, float)
     tips = transform(T, length * np.eye(3))
     parts = [
@@ -145,8 +241,25 @@ def axes(length, T_frame_axes=None, labelled=True):
     return parts
 
 
-def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
-    """The mirrors of a camera as Surfaces; none of a camera without one."""
+def mirrors(
+    camera: Camera, label: str = "mirror", colour: str = SILVER, opacity: float = 0.35
+) -> list[Surface]:
+    """Return the mirrors of a camera.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    label, colour : str
+        Label and colour (hexadecimal) of the part.
+    opacity : float
+        Opacity, above 0 and at most 1.
+
+    Returns
+    -------
+    list of Surface
+        Mirrors in the camera frame; empty for a camera without one.
+    """
     if hasattr(camera, "outlines"):
         rings = [
             transform(T, on_plane(outline))
@@ -180,8 +293,21 @@ def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
     return [Surface(points, colour, opacity, label)]
 
 
-def viewing_rays(camera, count=(7, 5)):
-    """From the viewer of a mirror to where its rays are reflected; none without one."""
+def viewing_rays(camera: Camera, count: tuple[int, int] = (7, 5)) -> list[Segments]:
+    """Return rays from the camera that views a mirror to their reflections.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    count : tuple of int
+        Columns and rows of pixels.
+
+    Returns
+    -------
+    list of Segments
+        Rays in the camera frame; empty for a camera without a mirror.
+    """
     if not hasattr(camera, "viewer"):
         return []
     pixels = spread_pixels(camera, count)
@@ -208,8 +334,30 @@ def caustics(camera, within, grid=(CAUSTIC_PX, CAUSTIC_PX)):
     return parts
 
 
-def moved(parts, T_target_source, unlabelled=False, scale=1.0):
-    """Parts in another frame: scaled, then posed by (4, 4); without their labels."""
+def moved(
+    parts: Sequence[Part],
+    T_target_source: ArrayLike,
+    unlabelled: bool = False,
+    scale: float = 1.0,
+) -> list[Part]:
+    """Return parts in another frame: scaled, then posed.
+
+    Parameters
+    ----------
+    parts : sequence of parts
+        Parts in the source frame.
+    T_target_source : array_like of shape (4, 4)
+        Pose of the source frame in the target frame.
+    unlabelled : bool
+        Whether to remove the labels.
+    scale : float
+        Factor of all lengths.
+
+    Returns
+    -------
+    list
+        Parts in the target frame.
+    """
     T = np.asarray(T_target_source, float)
     out = []
     for part in parts:
@@ -221,11 +369,22 @@ def moved(parts, T_target_source, unlabelled=False, scale=1.0):
     return out
 
 
-def camera_scene(camera, name="camera"):
-    """A camera by itself: its rays, where they meet or do not, its mirror, its field.
+def camera_scene(camera: Camera, name: str = "camera") -> Scene:
+    """Return a scene of a camera: rays, centre or caustics, mirror and field of view.
 
-    camera: any of `raxel.cameras`. A central camera has no length of its own, so its
-    rays are drawn 100 mm long.
+    A central camera has no length of its own, so its rays are drawn 100 mm long.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    name : str
+        Name of the camera in the note.
+
+    Returns
+    -------
+    Scene
+        Scene in the camera frame.
     """
     seen = camera.rays(spread_pixels(camera, RAY_GRID))
     origins = seen.origins[seen.valid]
@@ -275,20 +434,51 @@ BODY, AXIS, FIELD = 0.1, 0.25, 0.6
 APART = 0.25
 
 
-def drawn_poses(rig, seed):
-    """T_camera_target (n, 4, 4) of all views that `raxel render` takes with a seed.
+def drawn_poses(rig: Rig, seed: int) -> np.ndarray:
+    """Return the poses of all views that `raxel render` takes with a seed.
 
-    rig: `raxel.lab.Rig`; seed: whole number. Raises InputError as `Rig.draw_poses`.
+    Parameters
+    ----------
+    rig : raxel.lab.Rig
+        Rig of the simulator.
+    seed : int
+        Seed of the random numbers.
+
+    Returns
+    -------
+    ndarray of shape (n, 4, 4)
+        Poses T_camera_target, mm.
+
+    Raises
+    ------
+    InputError
+        As `Rig.draw_poses`.
     """
     rng = np.random.default_rng([seed, POSES])
     return rig.draw_poses(rng, rig.count + rig.evaluate)
 
 
-def rig_scene(rig, seed=0, poses=None):
-    """Where a rig's camera, mirror and targets stand, in the camera's frame.
+def rig_scene(rig: Rig, seed: int = 0, poses: np.ndarray | None = None) -> Scene:
+    """Return a scene of a rig: its camera, mirror and targets.
 
-    rig: `raxel.lab.Rig`; seed: whole number; poses: what `drawn_poses` gives for them,
-    where that is known. Raises InputError as `Rig.draw_poses`.
+    Parameters
+    ----------
+    rig : raxel.lab.Rig
+        Rig of the simulator.
+    seed : int
+        Seed of the random numbers.
+    poses : ndarray of shape (n, 4, 4), optional
+        Result of `drawn_poses` for rig and seed if it is known.
+
+    Returns
+    -------
+    Scene
+        Scene in the camera frame.
+
+    Raises
+    ------
+    InputError
+        As `Rig.draw_poses`.
     """
     poses = drawn_poses(rig, seed) if poses is None else poses
     uses = ["calibrate"] * rig.count + ["evaluate"] * rig.evaluate

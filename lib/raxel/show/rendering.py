@@ -7,6 +7,8 @@ places in memory and stamps times; here they are numbered in order, so that the 
 scene is the same page.
 """
 
+from __future__ import annotations
+
 import contextlib
 import json
 import re
@@ -22,7 +24,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.show.meshes import drawn_parts
-from raxel.show.scene import Labels, Points, SceneError, Surface
+from raxel.show.scene import Labels, Points, Scene, SceneError, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg
 
 # The picture of a scene: shaded by pyvista off screen, with words and legend on it.
@@ -48,12 +50,29 @@ class Theme(NamedTuple):
 THEMES = {"light": Theme("#ffffff", INK), "dark": Theme("#14181e", "#e6e9ed")}
 
 
-def picture(scene, size=SIZE, theme="light"):
-    """PNG bytes of a scene, the same for the same scene on the same machine.
+def picture(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> bytes:
+    """Render a scene as a PNG image, the same for the same scene and machine.
 
-    size: (width, height) at which it is shown, px; it has twice as many each way.
-    theme: 'light' or 'dark'. Raises SceneError for a scene with nothing to draw, and
-    RenderingError where the machine cannot draw it.
+    Parameters
+    ----------
+    scene : Scene
+        Scene to render.
+    size : tuple of int
+        Width and height at which the image is shown, px. It has twice as many each way.
+    theme : str
+        'light' or 'dark'.
+
+    Returns
+    -------
+    bytes
+        PNG file.
+
+    Raises
+    ------
+    SceneError
+        For a scene with nothing to draw.
+    RenderingError
+        If the machine cannot render it.
     """
     from PIL import Image
 
@@ -62,8 +81,18 @@ def picture(scene, size=SIZE, theme="light"):
     return buffer.getvalue()
 
 
-def picture_array(scene, size=SIZE, theme="light"):
-    """What `picture` shows, as an array (height, width, 3), uint8, of twice `size`."""
+def picture_array(
+    scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light"
+) -> np.ndarray:
+    """Render a scene as an array.
+
+    Parameters and errors are those of `picture`.
+
+    Returns
+    -------
+    ndarray of shape (height, width, 3)
+        Image, uint8, of twice `size`.
+    """
     if theme not in THEMES:
         raise InputError(f"theme: found {theme!r}; give one of {', '.join(THEMES)}")
     look = THEMES[theme]
@@ -224,12 +253,29 @@ PLACE = re.compile(r"\{\{(\w+)\}\}")
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def html(scene, title):
-    """The page of a scene as text; `title` says in words what it shows.
+def html(scene: Scene, title: str) -> str:
+    """Return the page of a scene, on which it can be rotated.
 
-    The same scene gives the same page. Raises SceneError for a scene with nothing to
-    draw or whose page would be larger than LARGEST_BYTES, and RenderingError where a
-    package is missing; OpenGL is not needed.
+    The same scene gives the same page. OpenGL is not needed.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene to show.
+    title : str
+        Title that describes the scene.
+
+    Returns
+    -------
+    str
+        HTML text.
+
+    Raises
+    ------
+    SceneError
+        For a scene with nothing to draw, or a page larger than LARGEST_BYTES.
+    RenderingError
+        If a package is missing.
     """
     need(packages_missing())
     drawn = drawn_parts(scene)

@@ -1,17 +1,23 @@
 """From where a scene is seen, and how large it is: views found from its points."""
 
+from __future__ import annotations
+
 import functools
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.geometry.poses import transform
 from raxel.lab.textures import ChessboardTexture
-from raxel.sets.model import ActiveGrid
+from raxel.sets.model import ActiveGrid, Chessboard
 from raxel.show.scene import (
     ASPECT,
     CLEAR,
     Labels,
+    Part,
     Polyline,
     Scene,
     SceneError,
@@ -30,10 +36,31 @@ BACK, BACK_OPACITY = "#aeb6c0", 0.3
 MONITOR_DARK, MONITOR_BRIGHT, MONITOR_CELLS = 40, 205, (16, 10)
 
 
-def plate(T_frame_target, corner, size, **more):
-    """A flat sheet: Surface from `corner` (2,) by `size` (2,), mm, in its plane z = 0.
+def plate(
+    T_frame_target: ArrayLike,
+    corner: Sequence[float] | np.ndarray,
+    size: Sequence[float] | np.ndarray,
+    **more: Any,
+) -> Surface:
+    """Return a flat sheet in the plane z = 0 of a frame.
 
-    T_frame_target: (4, 4). Its front is seen from negative z, x right and y down.
+    The front is visible from negative z, with x right and y down.
+
+    Parameters
+    ----------
+    T_frame_target : array_like of shape (4, 4)
+        Pose of the sheet.
+    corner : sequence of two floats
+        Upper left corner, mm.
+    size : sequence of two floats
+        Width and height, mm.
+    **more
+        Arguments of `Surface`.
+
+    Returns
+    -------
+    Surface
+        The sheet.
     """
     x, y = np.meshgrid(*(corner[k] + np.array([0.0, size[k]]) for k in range(2)))
     flat = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -48,12 +75,32 @@ def polygon(points, **more):
     return Surface(np.stack([ring, middle]), **more)
 
 
-def board(target, T_frame_target, border_mm=None, label="", colour=BACK):
-    """A target of an image set or rig: its front, its rim, and a back to look through.
+def board(
+    target: Chessboard | ActiveGrid,
+    T_frame_target: ArrayLike,
+    border_mm: float | None = None,
+    label: str = "",
+    colour: str = BACK,
+) -> list[Surface | Polyline]:
+    """Return a target of an image set or rig: its front, edge and transparent back.
 
-    target: Chessboard of known counts, or ActiveGrid; T_frame_target: (4, 4);
-    border_mm: white margin of a chessboard, a pitch if not given; colour: of rim and
-    back. A board of unknown pitch has squares of one unit. Returns three parts.
+    A chessboard of unknown pitch has squares of one unit.
+
+    Parameters
+    ----------
+    target : Chessboard or ActiveGrid
+        Target; a chessboard of known counts.
+    T_frame_target : array_like of shape (4, 4)
+        Pose of the target.
+    border_mm : float, optional
+        White margin of a chessboard, mm. None: one pitch.
+    label, colour : str
+        Label, and colour (hexadecimal) of edge and back.
+
+    Returns
+    -------
+    list
+        Three parts.
     """
     texture, corner, size = face(target, border_mm)
     front = plate(T_frame_target, corner, size, texture=texture, back=CLEAR)
@@ -123,12 +170,46 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 GAP, BELOW = 0.06, 0.06
 
 
-def framed(parts, sight=SIGHT, up=(0.0, -1.0, 0.0), note="", scale="mm", aspect=ASPECT):
-    """A Scene of parts with a view along `sight` (3,) that shows them whole.
+def framed(
+    parts: Sequence[Part],
+    sight: ArrayLike = SIGHT,
+    up: ArrayLike = (0.0, -1.0, 0.0),
+    note: str = "",
+    scale: str = "mm",
+    aspect: float = ASPECT,
+) -> Scene:
+    """Return a scene of parts with a viewpoint that shows them whole.
 
-    up: (3,), what stays upright. scale: the unit of a scale bar that is laid below
-    the parts, '' for none. aspect: width over height of the picture that is filled.
-    Raises SceneError where no part has a finite point.
+    Parameters
+    ----------
+    parts : sequence of parts
+        Parts in one frame.
+    sight : array_like of shape (3,)
+        Direction of view.
+    up : array_like of shape (3,)
+        Upright direction.
+    note : str
+        Text below the scene.
+    scale : str
+        Unit of a scale bar below the parts, '' for none.
+    aspect : float
+        Width over height of the image that is filled.
+
+    Returns
+    -------
+    Scene
+        Scene of the parts and the scale bar.
+
+    Raises
+    ------
+    SceneError
+        If no part has a finite point.
+
+    Examples
+    --------
+    >>> from raxel.show import axes, framed
+    >>> len(framed(axes(100.0), scale="").parts)
+    6
     """
     parts = list(parts)
     points = [finite_points(part) for part in parts]
