@@ -1,6 +1,5 @@
 """Two ways to take the distortion out of pictures: by a camera, by one active grid."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ class Straightener(NamedTuple):
     """picture: callable, image -> picture; share: of its pixels that show anything;
     sees: what sees these; rest: why there may be few."""
 
-    picture: Callable[[np.ndarray], np.ndarray]
+    picture: callable  # type: ignore[valid-type]
     share: float
     sees: str
     rest: str

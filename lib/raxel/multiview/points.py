@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from raxel.cameras.core.base import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import rotation_from_vector, tangent_bases
-from raxel.multiview.ray_noise import NoisyRays, are_rotations, with_noise
+from raxel.multiview.ray_noise import are_rotations, with_noise
 
 # Points seen along rays from several places: residuals, derivatives, best points. A
 # point is four numbers h = (x, w) of length 1, X = x / w, so that one at infinity is
@@ -50,8 +49,8 @@ class RayView(NamedTuple):
         Index of the point of each ray, integers. None: ray k sees point k.
     """
 
-    rays: NoisyRays | Rays
-    points: ArrayLike | None = None
+    rays: object
+    points: object = None
 
 
 class PlacedPoints(NamedTuple):
