@@ -3,11 +3,14 @@
 A rig's `light` gives ranges; each picture draws its own light from them.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
@@ -210,15 +213,25 @@ class Lighting:
 
 @dataclass(frozen=True)
 class Shadow:
-    """A round soft shadow: middle (2,), radius and SD of its edge in mm."""
+    """Round soft shadow on a board.
+
+    Attributes
+    ----------
+    middle : (2,) array
+        Middle in the plane of the board, mm.
+    depth : float
+        Share of the light that the shadow takes.
+    radius, edge : float
+        Radius, and SD of its edge, mm.
+    """
 
     middle: np.ndarray
     depth: float
     radius: float
     edge: float
 
-    def passes(self, uv):
-        """Share of the light that passes, at places uv (N, 2) in mm."""
+    def passes(self, uv: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share (N,) of the light that passes at positions uv (N, 2), mm."""
         from scipy.special import erfc
 
         away = np.linalg.norm(uv - self.middle, axis=1) - self.radius

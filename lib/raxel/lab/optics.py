@@ -4,14 +4,19 @@ Everything is linear in radiance. Radii are pixels from the optical centre, or s
 the half diagonal, as each function says.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from raxel.cameras.core.base import Camera, Projection, as_rows
+import raxel.lab
+from raxel.cameras.core.base import Camera, Projection, Rays, as_rows
 from raxel.cameras.core.smooth_rays import smooth_rays
+from raxel.cameras.mirrors.flexible import FlexibleMirrorCamera
 from raxel.errors import InputError
 from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, TexturedScene
@@ -25,7 +30,17 @@ RAYS_AT_ONCE = 1 << 16
 
 
 class Crop(NamedTuple):
-    """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
+    """Part of an image: its first pixel and its size.
+
+    Attributes
+    ----------
+    u, v : int
+        Column and row of the first pixel in the whole image.
+    width, height : int
+        Size of the part, px.
+    full_width, full_height : int
+        Size of the whole image, px.
+    """
 
     u: int
     v: int
@@ -35,17 +50,24 @@ class Crop(NamedTuple):
     full_height: int
 
     @property
-    def place(self):
-        """Its rows and columns of the whole picture, as an index of an array."""
+    def place(self) -> tuple[slice, slice]:
+        """Rows and columns of the whole image, as an index of an array."""
         rows = slice(self.v, self.v + self.height)
         return rows, slice(self.u, self.u + self.width)
 
 
 @dataclass(frozen=True)
 class Raster:
-    """Pixels of a camera's picture, or of a `Crop` of it.
+    """Pixels of a camera's image, or of a `Crop` of it.
 
-    fineness: how many of them, each way, make one pixel of the camera.
+    Attributes
+    ----------
+    camera : Camera
+        Any camera with rays.
+    fineness : int
+        How many pixels of the raster, each way, make one pixel of the camera.
+    window : Crop or None
+        Part of the camera's image; None: all of it.
     """
 
     camera: Camera
@@ -53,22 +75,44 @@ class Raster:
     window: Crop | None = None
 
     @property
-    def width(self):
+    def width(self) -> int:
         """Pixels of a row."""
         return self.fineness * (self.window or self.camera).width
 
     @property
-    def height(self):
+    def height(self) -> int:
         """Pixels of a column."""
         return self.fineness * (self.window or self.camera).height
 
-    def rays(self, pixels):
-        """`Rays` of positions (N, 2) of the raster; origins may be one, (1, 3)."""
+    def rays(self, pixels: NDArray[np.float64]) -> Rays:
+        """Return the rays of positions of the raster.
+
+        Parameters
+        ----------
+        pixels : (N, 2) array
+            Positions (u, v) in pixels of the raster.
+
+        Returns
+        -------
+        Rays
+            In the camera frame; origins may be one, (1, 3).
+        """
         u, v = (self._in_camera(pixels[:, axis], axis) for axis in range(2))
         return smooth_rays(self.camera).rays(np.column_stack([u, v]))
 
-    def grid(self, u, v):
-        """`Rays` of all (u, v) of the raster, by rows, as `rays`; u and v rise."""
+    def grid(self, u: NDArray[np.float64], v: NDArray[np.float64]) -> Rays:
+        """Return the rays of all (u, v) of the raster, by rows.
+
+        Parameters
+        ----------
+        u, v : (W,) and (H,) arrays
+            Rising columns and rows, in pixels of the raster.
+
+        Returns
+        -------
+        Rays
+            H W rays as `rays` returns them.
+        """
         u, v = self._in_camera(u, 0), self._in_camera(v, 1)
         return smooth_rays(self.camera).grid(u, v)
 
@@ -200,11 +244,23 @@ class WindowedCamera(Camera):
         raise InputError(f"{cls.kind}: no file holds a window of a camera's picture")
 
 
-def windowed(rig, window):
-    """The `Rig` that takes only the part `window` of its picture.
+def windowed(rig: raxel.lab.Rig, window: Crop) -> raxel.lab.Rig:
+    """Return the rig that takes only a part of its image.
 
-    Blur and vignetting are those of the same pixels of the whole picture; the lens's
-    centre may lie beside the window. (Blooming and blur do not know what lies beyond.)
+    Blur and vignetting are those of the same pixels of the whole image. The optical
+    centre may lie outside the window. Blooming and blur ignore what lies beyond it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig of the whole image.
+    window : Crop
+        The part to take.
+
+    Returns
+    -------
+    Rig
+        With a camera and optics of the part; its pixels count from the window's first.
     """
     camera, optics = rig.camera, rig.optics
     low, high = (sd**2 for sd in optics.blur_sd_px)
@@ -213,7 +269,7 @@ def windowed(rig, window):
     optics = replace(
         optics,
         blur_sd_px=(low**0.5, max(low + (high - low) * share, 0) ** 0.5),
-        centre_px=tuple(map(float, centre)),
+        centre_px=tuple(map(float, centre)),  # type: ignore[arg-type]
     )
     return replace(rig, camera=_windowed_camera(camera, window), optics=optics)
 
@@ -224,10 +280,29 @@ def _windowed_camera(camera, window):
     return WindowedCamera(camera, window)
 
 
-def window_around(camera, pixels, margin_px=MARGIN_PX):
-    """The `Crop` of a camera's picture that holds pixels (N, 2), and a margin.
+def window_around(
+    camera: Camera, pixels: NDArray[np.float64], margin_px: int = MARGIN_PX
+) -> Crop:
+    """Return the `Crop` of a camera's image that holds given pixels and a margin.
 
-    Pixels that are NaN do not count. Raises InputError where none is in the picture.
+    Parameters
+    ----------
+    camera : Camera
+        Gives the size of the whole image.
+    pixels : (N, 2) array
+        Pixels (u, v); those that are NaN do not count.
+    margin_px : int
+        Margin on each side, px, clipped at the image's border.
+
+    Returns
+    -------
+    Crop
+        The smallest such part with whole pixels.
+
+    Raises
+    ------
+    InputError
+        `outside-image` where no pixel is in the image.
     """
     full = np.array([camera.width, camera.height])
     inside = pixels[camera.in_image(pixels)]
@@ -243,19 +318,60 @@ def window_around(camera, pixels, margin_px=MARGIN_PX):
     return Crop(*map(int, (*low, *(high - low), *full)))
 
 
-def mirror_window(camera):
-    """The `Crop` that holds all that the sheet of a FlexibleMirrorCamera shows."""
+def mirror_window(camera: FlexibleMirrorCamera) -> Crop:
+    """Return the `Crop` that holds all that the sheet of a flexible mirror shows.
+
+    Parameters
+    ----------
+    camera : FlexibleMirrorCamera
+        A camera that views a flexible mirror.
+
+    Returns
+    -------
+    Crop
+        Part of the viewing camera's image, with a margin of 16 px.
+
+    Raises
+    ------
+    InputError
+        `outside-image` where nothing of the sheet is in the image.
+    """
     points = camera.mirror.point(camera.mirror.nodes().reshape(-1, 2))[0]
     T = camera.T_viewer_mirror
     pixels = camera.viewer.project(points @ T[:3, :3].T + T[:3, 3]).pixels
     return window_around(camera, pixels)
 
 
-def bands(window, count, height_px):
-    """`count` Crops of the window's whole width and `height_px` rows, evenly spaced.
+def bands(window: Crop, count: int, height_px: int) -> list[Crop]:
+    """Return evenly spaced bands of a window's whole width.
 
-    Where some thousand pixels are wanted all over a picture, these cost less than all.
-    Raises InputError where the window has not so many rows.
+    Where some thousand pixels all over an image suffice, these cost less than all.
+
+    Parameters
+    ----------
+    window : Crop
+        The part of an image to divide.
+    count : int
+        Number of bands.
+    height_px : int
+        Rows of each band.
+
+    Returns
+    -------
+    list of Crop
+        `count` parts of the same image, from top to bottom.
+
+    Raises
+    ------
+    InputError
+        Where the window has fewer than `count` times `height_px` rows.
+
+    Examples
+    --------
+    >>> from raxel.lab import Crop, bands
+    >>> window = Crop(10, 20, 300, 200, full_width=640, full_height=480)
+    >>> [(band.v, band.height) for band in bands(window, count=2, height_px=10)]
+    [(65, 10), (165, 10)]
     """
     if not 0 < count * height_px <= window.height:
         raise InputError(
@@ -287,19 +403,38 @@ NO_ABERRATION = (1.0, 1.0, 1.0)
 class Optics:
     """Vignetting, blur and lateral chromatic aberration of a lens.
 
-    blur_sd_px: (SD of the Gaussian point spread at the optical centre, at one half
-    diagonal from it), px; the variance grows with the square of the radius.
-    exit_pupil_px: distance of the exit pupil from the sensor in px; illumination then
-    falls as cos^4 of the angle at which light arrives there. For a pinhole the focal
-    length: then that is the field angle. None: no such falloff.
-    falloff: ((radius px, ...), (share of light, ...)), a measured curve in addition,
-    linear in between and constant beyond its ends.
-    chromatic_scale: magnification of red, green and blue about the centre. The camera
-    model is that of the grey picture, so only their ratios count: they are divided by
-    their mean, weighted as in luminance.
-    centre_px: (2,) the optical centre (u, v); None: the middle of the image.
+    Attributes
+    ----------
+    blur_sd_px : (float, float)
+        SD of the Gaussian point spread at the optical centre, and at one half diagonal
+        from it, px. The variance grows with the square of the radius.
+    exit_pupil_px : float or None
+        Distance of the exit pupil from the sensor in px; illumination then falls as
+        cos^4 of the angle at which light arrives there. For a pinhole the focal length:
+        then that is the field angle. None: no such falloff.
+    falloff : ((float, ...), (float, ...)) or None
+        Radii in px and shares of light: a measured curve in addition. It is linear in
+        between and constant beyond its ends.
+    chromatic_scale : (float, float, float)
+        Magnification of red, green and blue about the centre. The camera model is that
+        of the grey image, so only their ratios count. They are divided by their mean,
+        weighted as in luminance.
+    centre_px : (float, float) or None
+        The optical centre (u, v); None: the middle of the image.
 
-    Raises InputError naming the field that no lens can have.
+    Raises
+    ------
+    InputError
+        Naming the field that no lens can have.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.lab import Optics
+    >>> optics = Optics(exit_pupil_px=100.0)
+    >>> image = optics.apply(np.ones((201, 201)))
+    >>> print(f"{image[100, 100]:.2f} {image[100, 200]:.2f}")  # centre, 45 degrees
+    1.00 0.25
     """
 
     blur_sd_px: tuple[float, float] = (0.0, 0.0)
@@ -326,21 +461,37 @@ class Optics:
                 "three magnifications near 1"
             )
 
-    def apply(self, image, fineness=1, window=None):
-        """Irradiance on the sensor from radiance (H, W) or (H, W, 3), float32.
+    def apply(
+        self, image: np.ndarray, fineness: int = 1, window: Crop | None = None
+    ) -> NDArray[np.float32]:
+        """Return the irradiance on the sensor from scene radiance.
 
-        fineness: how many pixels of `image` make one of the sensor, each way. Within a
-        pixel an edge has a share but no place, so a sharp picture that is blurred at
-        the sensor's own resolution shows edges, in their right place, up to 1/6 px^2
-        too narrow or 1/12 too wide in variance, according to where in a pixel they
-        lie; with two pixels each way about a quarter of that.
+        Within a pixel an edge has a share but no position. So blur at the sensor's own
+        resolution shows edges in their right position, but with a wrong variance.
+        Edges are up to 1/6 px^2 too narrow or 1/12 px^2 too wide, according to where
+        in a pixel they are. With two pixels each way the error is about a quarter of
+        that.
 
-        Blur comes first, since only it needs the finer pixels: what is blurred can be
-        resampled without loss, and vignetting and magnifications change too slowly
-        over a point spread for the order to matter. A grey picture stays grey: its
-        red, green and blue copies add up by luminance. Beyond the border the outermost
-        pixels are repeated. window: `Crop` of which `image` is the radiance, where
-        it is not the whole picture.
+        Blur comes first, since it alone needs the finer pixels. A blurred image can be
+        resampled without loss. Vignetting and magnifications change too slowly over a
+        point spread for the order to matter.
+
+        A grey image stays grey: its red, green and blue copies add up by luminance.
+        Beyond the border the outermost pixels are repeated.
+
+        Parameters
+        ----------
+        image : (H, W) or (H, W, 3) array
+            Linear radiance.
+        fineness : int
+            How many pixels of `image` make one of the sensor, each way.
+        window : Crop or None
+            The part of which `image` is the radiance, where it is not the whole image.
+
+        Returns
+        -------
+        (H / fineness, W / fineness[, 3]) float32 array
+            Irradiance, in the unit of the radiance.
         """
         image = np.asarray(image, np.float32)
         if window is None:
@@ -357,8 +508,19 @@ class Optics:
             image = self._coloured(image, self._centre_in(window))
         return image
 
-    def vignetting(self, width, height):
-        """Share of the light (height, width) that each pixel keeps; read-only."""
+    def vignetting(self, width: int, height: int) -> NDArray[np.float32]:
+        """Return the share of the light that each pixel keeps.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of the image, px.
+
+        Returns
+        -------
+        (height, width) float32 array
+            Shares; read-only where the lens has a falloff.
+        """
         light = _light(self, width, height)
         return np.ones((height, width), np.float32) if light is None else light
 
@@ -366,13 +528,13 @@ class Optics:
         whole = self.centre(window.full_width, window.full_height)
         return whole - [window.u, window.v]
 
-    def centre(self, width, height):
-        """The optical centre (u, v) in a picture of this size."""
+    def centre(self, width: int, height: int) -> NDArray[np.float64]:
+        """Return the optical centre (u, v), px, in an image of this size."""
         middle = ((width - 1) / 2, (height - 1) / 2)
         return np.array(middle if self.centre_px is None else self.centre_px, float)
 
-    def strongest_blur_px(self, width, height):
-        """The largest SD of the point spread in a picture of this size, px."""
+    def strongest_blur_px(self, width: int, height: int) -> float:
+        """Return the largest SD of the point spread in an image of this size, px."""
         u, v = self.centre(width, height)
         farthest = max(u, width - 1 - u) ** 2 + max(v, height - 1 - v) ** 2
         share = farthest / ((width**2 + height**2) / 4)

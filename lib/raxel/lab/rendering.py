@@ -13,16 +13,21 @@ surface thinner than a pixel. Fields of a texture are regions of their own
 (`Texture.label`), so a square or a stripe is never lost, however thin.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
 from raxel.io.files import physical_memory
-from raxel.lab.optics import RAYS_AT_ONCE, Raster, Sight, Viewer
-from raxel.lab.scene import NO_RAY, NOTHING
-from raxel.lab.textures import LUMINANCE
+from raxel.lab.optics import RAYS_AT_ONCE, Crop, Raster, Sight, Viewer
+from raxel.lab.scene import NO_RAY, NOTHING, TexturedScene
+from raxel.lab.textures import LUMINANCE, Texture
 
 # Means over pixels that an edge crosses.
 
@@ -194,23 +199,61 @@ REGION_BITS = 44
 
 
 def render(
-    camera,
-    T_world_camera,
-    scene,
+    camera: Camera,
+    T_world_camera: ArrayLike,
+    scene: TexturedScene,
     *,
-    colour=False,
-    samples=64,
-    offsets=None,
-    fineness=1,
-    window=None,
-):
-    """The radiance image (height, width), or (height, width, 3) RGB, float32.
+    colour: bool = False,
+    samples: int = 64,
+    offsets: ArrayLike | None = None,
+    fineness: int = 1,
+    window: Crop | None = None,
+) -> NDArray[np.float32]:
+    """Return the radiance image of a scene, without lens or sensor.
 
-    T_world_camera: (4, 4), mm. samples: positions in a pixel that an edge crosses, in a
-    rank-1 lattice; offsets: positions (S, 2) in [-0.5, 0.5]^2 to use instead.
-    fineness: pixels each way that stand for one of the camera's; window: the `Crop`
-    of its picture to render. Pixels without a ray are 0. Raises InputError for a
-    picture too large for the memory.
+    Each value is the mean radiance over the pixel's square. Pixels without a ray are 0.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera with rays.
+    T_world_camera : (4, 4) array_like
+        Pose of the camera in the world, mm.
+    scene : TexturedScene
+        Surfaces and background.
+    colour : bool
+        Whether to return red, green and blue, else their luminance.
+    samples : int
+        Positions in a pixel that an edge crosses, in a rank-1 lattice.
+    offsets : (S, 2) array_like or None
+        Positions in [-0.5, 0.5]^2 to use instead.
+    fineness : int
+        Pixels each way that stand for one of the camera's.
+    window : Crop or None
+        Part of the camera's image to render; None: all of it.
+
+    Returns
+    -------
+    (height, width) or (height, width, 3) float32 array
+        Linear radiance, times `fineness` pixels each way.
+
+    Raises
+    ------
+    InputError
+        For an image too large for the memory.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.lab import Plain, Rectangle, TexturedScene, render
+    >>> camera = PerspectiveCamera([[10, 0, 1], [0, 10, 1], [0, 0, 1]], [], 3, 3)
+    >>> T = np.eye(4)
+    >>> T[2, 3] = 10.0  # a sheet from the middle of the image to the right
+    >>> sheet = Rectangle(T, 5.0, 10.0, corner=(0.0, -5.0))
+    >>> image = render(camera, np.eye(4), TexturedScene(((sheet, Plain(1.0)),)))
+    >>> print([f"{value:.2f}" for value in image[1]])
+    ['0.00', '0.50', '1.00']
     """
     raster = Raster(camera, fineness, window)
     _check_memory(raster, BYTES_RENDERED * (3 if colour else 1))
@@ -225,10 +268,38 @@ def render(
     return image
 
 
-def trace(camera, T_world_camera, scene, *, samples=64, offsets=None):
-    """Rays and intersections of a view, kept to shade many textures: a `Traced`.
+def trace(
+    camera: Camera,
+    T_world_camera: ArrayLike,
+    scene: TexturedScene,
+    *,
+    samples: int = 64,
+    offsets: ArrayLike | None = None,
+) -> Traced:
+    """Return the rays and intersections of a view, kept to shade many textures.
 
-    Arguments as `render`. Needs about 100 bytes a pixel.
+    Needs about 100 bytes a pixel.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera with rays.
+    T_world_camera : (4, 4) array_like
+        Pose of the camera in the world, mm.
+    scene : TexturedScene
+        Surfaces and background.
+    samples, offsets
+        As in `render`.
+
+    Returns
+    -------
+    Traced
+        Its `shade` gives the image of `render` for any textures.
+
+    Raises
+    ------
+    InputError
+        For an image too large for the memory.
     """
     raster = Raster(camera)
     _check_memory(raster, BYTES_TRACED)
@@ -240,16 +311,38 @@ def trace(camera, T_world_camera, scene, *, samples=64, offsets=None):
 
 @dataclass(frozen=True)
 class Traced:
-    """A view of a scene whose rays have met their surfaces."""
+    """A view of a scene whose rays have met their surfaces.
+
+    Attributes
+    ----------
+    viewer : Viewer
+        Raster, pose and scene.
+    means : PixelMeans
+        Means over pixels that an edge crosses.
+    blocks : tuple
+        What corners and centres of the pixels see, some rows each.
+    """
 
     viewer: Viewer
     means: PixelMeans
     blocks: tuple
 
-    def shade(self, textures=None, *, colour=False):
-        """The radiance image, as `render`, with textures exchanged.
+    def shade(
+        self, textures: Mapping[int, Texture] | None = None, *, colour: bool = False
+    ) -> NDArray[np.float32]:
+        """Return the radiance image with textures exchanged.
 
-        textures: dict index of the part -> Texture; other parts keep their own.
+        Parameters
+        ----------
+        textures : mapping of int to Texture, or None
+            Textures by index of the part; other parts keep their own.
+        colour : bool
+            Whether to return red, green and blue, else their luminance.
+
+        Returns
+        -------
+        (height, width) or (height, width, 3) float32 array
+            As from `render`.
         """
         used = list(self.viewer.scene.textures)
         for number, texture in (textures or {}).items():
@@ -260,11 +353,23 @@ class Traced:
             image[rows.start : rows.stop] = _shade(block, self.means, used, colour)
         return image
 
-    def mixed_pixels(self, number, lit):
-        """Pixels that see part `number` and something else, or that see it unevenly.
+    def mixed_pixels(
+        self, number: int, lit: NDArray[np.intp]
+    ) -> list[tuple[NDArray[np.intp], Callable[[Texture], np.ndarray]]]:
+        """Return the pixels that see a part and something else, or see it unevenly.
 
-        lit: flat indices of those that see it alone. Returns pairs (flat indices,
-        function: texture of the part -> their mean radiance), a block of rows each.
+        Parameters
+        ----------
+        number : int
+            Index of the part.
+        lit : (N,) int array
+            Flat indices of the pixels that see the part alone.
+
+        Returns
+        -------
+        list of (flat indices, function)
+            A block of rows each; the function turns a texture of the part into the
+            mean radiance of the pixels.
         """
         seen = np.zeros(self.viewer.raster.height * self.viewer.raster.width, bool)
         seen[lit] = True

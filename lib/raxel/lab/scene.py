@@ -1,8 +1,11 @@
 """A scene: surfaces with textures before a background, in one world frame, mm."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.geometry import transform
 from raxel.lab.surfaces import Rectangle, TracedSurface
@@ -14,11 +17,17 @@ NOTHING, NO_RAY = -1, -2
 
 @dataclass(frozen=True)
 class TexturedScene:
-    """What a camera can look at.
+    """What a camera can view: surfaces with textures in front of a background.
 
-    parts: pairs (surface, texture); background: radiance, a number or RGB, of rays
-    that meet nothing; straight_edges: (n, 2, 3) ends of straight edges in the world
-    that stand out in the picture, for measuring how straight they come out.
+    Attributes
+    ----------
+    parts : tuple of (TracedSurface, Texture)
+        Surfaces in the world frame, mm, each with its texture.
+    background : float or (float, float, float)
+        Radiance, a number or RGB, of rays that meet nothing.
+    straight_edges : (n, 2, 3) array
+        Ends of straight edges in the world, mm, that stand out in the image. They serve
+        to measure how straight the edges are in the image.
     """
 
     parts: tuple[tuple[TracedSurface, Texture], ...]
@@ -26,20 +35,35 @@ class TexturedScene:
     straight_edges: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3)))
 
     @property
-    def surfaces(self):
+    def surfaces(self) -> tuple[TracedSurface, ...]:
         """The surfaces alone, in the order of `parts`."""
         return tuple(surface for surface, _ in self.parts)
 
     @property
-    def textures(self):
+    def textures(self) -> tuple[Texture, ...]:
         """The textures alone, in the order of `parts`."""
         return tuple(texture for _, texture in self.parts)
 
-    def hit(self, origins, directions):
-        """The nearest surface of each ray.
+    def hit(
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int16], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the nearest surface of each ray.
 
-        origins: (N, 3) or (1, 3), directions: (N, 3) unit, world frame. Returns
-        (index (N,) int16 of the part or NOTHING, uv (N, 2) mm, cosine (N,)).
+        Parameters
+        ----------
+        origins : (N, 3) or (1, 3) array
+            Origins in the world frame, mm.
+        directions : (N, 3) array
+            Unit directions in the world frame.
+
+        Returns
+        -------
+        index : (N,) int16 array
+            Index of the part, or NOTHING (-1).
+        uv : (N, 2) array
+            Position on that surface, mm.
+        cosine : (N,) array
+            Cosine of the angle between ray and normal.
         """
         index = np.full(len(directions), NOTHING, np.int16)
         if not self.parts:

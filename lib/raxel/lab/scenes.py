@@ -1,8 +1,12 @@
 """Ready-made scenes: a chessboard, a monitor, a room, a building front."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from itertools import chain
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry import pose
@@ -26,6 +30,7 @@ from raxel.lab.textures import (
     Tiles,
     share_in_bars,
 )
+from raxel.sets.model import ActiveGrid, Chessboard, Pattern
 from raxel.sets.patterns import advance, cell_width
 
 # A building front with rows of windows and long vertical lines.
@@ -37,18 +42,31 @@ SLATE, DOOR, PAVING = (0.16, 0.18, 0.22), (0.10, 0.28, 0.16), (0.42, 0.42, 0.42)
 FACADE_SKY = (0.55, 0.74, 1.0)
 
 
-def facade(bays=7, storeys=4, bay=3400.0, storey=3600.0):
-    """A front of bays x storeys windows, mm; the same at every call.
+def facade(
+    bays: int = 7, storeys: int = 4, bay: float = 3400.0, storey: float = 3600.0
+) -> TexturedScene:
+    """Return a building front of bays x storeys windows; the same at every call.
 
-    World frame: origin at the foot of the front's middle, x right, y down (the house
-    stands at negative y), z ahead, into the house: a camera stands at negative z.
-    Straight edges: sides of pilasters, cornices, windows, and of the front; those
-    along (0, 1, 0) are vertical.
+    World frame, mm: origin at the foot of the front's middle, x right, y down, z ahead.
+    The house is at negative y, and z leads into it: a camera is at negative z.
+
+    Parameters
+    ----------
+    bays, storeys : int
+        Windows per row, and rows.
+    bay, storey : float
+        Width of a bay and height of a storey, mm.
+
+    Returns
+    -------
+    TexturedScene
+        Straight edges: sides of pilasters, cornices, windows, and of the front; those
+        along (0, 1, 0) are vertical.
     """
     width, height = bays * bay, storeys * storey + 900
     corner = np.array([-width / 2, -height, 0.0])
     pilasters = _pilasters(bays, bay, height)
-    cornices = [(0, 0, width, 350, TRIM)]
+    cornices: list[tuple] = [(0, 0, width, 350, TRIM)]
     for level in range(1, storeys):
         y = height - level * storey
         cornices.append((0, y - 130, width, y + 130, TRIM))
@@ -143,13 +161,29 @@ BOOKS = [
 GOLDEN = (np.sqrt(5) - 1) / 2
 
 
-def room(width=5000.0, depth=6000.0, height=2700.0, eye=1300.0):
-    """A room, mm; the same at every call.
+def room(
+    width: float = 5000.0,
+    depth: float = 6000.0,
+    height: float = 2700.0,
+    eye: float = 1300.0,
+) -> TexturedScene:
+    """Return a furnished room with many straight edges; the same at every call.
 
-    World frame: origin in the middle of the room at `eye` above the floor, x right, y
-    down, z ahead. Ahead: two windows; right: a bookcase; behind: pictures and a
+    World frame, mm: origin in the middle of the room at `eye` above the floor, x right,
+    y down, z ahead. Ahead: two windows; right: a bookcase; behind: pictures and a
     cupboard; left: a door and a picture; tiles on the floor, a table, a column.
-    Straight edges: joints of the walls, window, door, picture and shelf frames.
+
+    Parameters
+    ----------
+    width, depth, height : float
+        Size of the room along x, z and y, mm.
+    eye : float
+        Height of the origin above the floor, mm.
+
+    Returns
+    -------
+    TexturedScene
+        Straight edges: joints of the walls, window, door, picture and shelf frames.
     """
     left, back, top = -width / 2, -depth / 2, eye - height
     walls = [
@@ -337,20 +371,40 @@ def _column(foot, height):
 
 
 class MonitorLevel(Texture):
-    """The whole monitor at one value, as for the white and the black photograph."""
+    """The whole monitor at one value, as for the white and the black image.
+
+    Parameters
+    ----------
+    value : float
+        Value of all pixels, 0 to 1.
+    response : callable or None
+        Turns (value, cosine), arrays (N,), into radiance; None: the value itself.
+    """
 
     averages = True
 
-    def __init__(self, value, response=None):
+    def __init__(
+        self,
+        value: float,
+        response: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    ) -> None:
         self.value = float(value)
         self.response = response or _linear
 
-    def radiance(self, uv, cosine):
-        """The same everywhere but for the viewing angle."""
+    def radiance(
+        self, uv: NDArray[np.float64], cosine: NDArray[np.float64]
+    ) -> np.ndarray:
+        """Return the radiance (N,): the same everywhere but for the viewing angle."""
         return self.response(np.full(len(uv), self.value), cosine)
 
-    def average(self, uv, across, down, cosine):
-        """As `radiance`."""
+    def average(
+        self,
+        uv: NDArray[np.float64],
+        across: NDArray[np.float64],
+        down: NDArray[np.float64],
+        cosine: NDArray[np.float64],
+    ) -> np.ndarray:
+        """Return the mean radiance (N,) over footprints, as `radiance`."""
         return self.radiance(uv, cosine)
 
 
@@ -382,24 +436,54 @@ class MonitorBoard(GridTexture):
 
 
 class MonitorPattern(Texture):
-    """One pattern of an active grid (`raxel.sets.Pattern`), Gray code or phase step.
+    """One pattern of an active grid, Gray code or phase step.
 
-    monitor_px, monitor_mm: (width, height); without mm, a pixel is 1 mm wide. Gray
-    code counts 2^of cells from the left or upper border, bit 0 is the most significant.
-    Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi (k / of + offset)), where phi
-    = 2 pi periods x / width starts at 0 on the left or upper border, as (3.23) decodes.
+    Gray code counts 2^of cells from the left or upper border, bit 0 is the most
+    significant. Step k of a phase pattern has the value
+    1/2 + 1/2 sin(phi + 2 pi (k / of + offset)). The phase phi = 2 pi periods x / width starts at 0 on the left or upper border.
 
-    Means over a pixel's footprint are exact for Gray code, whose edges are parallel,
-    if the map is affine within the pixel. Of a phase pattern the mean value is exact;
+    Means over a pixel's footprint are exact for Gray code, whose edges are parallel, if
+    the map is affine within the pixel. Of a phase pattern the mean value is exact;
     `response` is applied to it, as the value hardly changes within a pixel.
 
-    frequency: (1 / mm) periods of a phase pattern along `axis` (0 or 1), and for Gray
-    code a half of its stripes: the brightness changes where frequency x + 1/2 is whole.
+    Parameters
+    ----------
+    monitor_px : (int, int)
+        Width and height of the lit area, px.
+    monitor_mm : (float, float) or None
+        Width and height of the lit area, mm; None: a pixel is 1 mm wide.
+    pattern : Pattern
+        Axis, kind and number of the pattern.
+    response : callable or None
+        Turns (value, cosine), arrays (N,), into radiance; None: the value itself.
+
+    Attributes
+    ----------
+    axis : int
+        0 for patterns along x, 1 along y.
+    frequency : float
+        Periods of a phase pattern along `axis`, 1 / mm. For Gray code a half of its
+        stripes: the brightness changes where frequency x + 1/2 is whole.
+
+    Raises
+    ------
+    InputError
+        For an axis other than x and y, or a kind other than gray and phase.
+
+    References
+    ----------
+    Thesis (3.23) decodes the phase steps.
     """
 
     averages = True
 
-    def __init__(self, monitor_px, monitor_mm, pattern, response=None):
+    def __init__(
+        self,
+        monitor_px: Sequence[int],
+        monitor_mm: Sequence[float] | None,
+        pattern: Pattern,
+        response: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    ) -> None:
         size_mm = np.array(monitor_mm or monitor_px, float)
         if pattern.axis not in ("x", "y") or pattern.kind not in ("gray", "phase"):
             raise InputError(
@@ -414,19 +498,37 @@ class MonitorPattern(Texture):
             # twice that, shifted by a half, it is whether the whole part is odd.
             code_px = cell_width(pattern, monitor_px) * 2.0**pattern.of
             code_mm = code_px * size_mm[self.axis] / monitor_px[self.axis]
-            self.frequency = 2.0**pattern.bit / code_mm
+            self.frequency = 2.0**pattern.bit / code_mm  # type: ignore[operator]
         else:
             self.frequency = pattern.periods / size_mm[self.axis]
 
-    def radiance(self, uv, cosine):
-        """At points."""
+    def radiance(
+        self, uv: NDArray[np.float64], cosine: NDArray[np.float64]
+    ) -> np.ndarray:
+        """Return the radiance (N,) at points uv (N, 2), mm, seen under cosine (N,)."""
         x = uv[:, self.axis] * self.frequency
         if self.pattern.kind == "gray":
             return self._two_levels(np.floor(x + 0.5) % 2, cosine)
         return self.response(0.5 + 0.5 * self._sine(x), cosine)
 
-    def average(self, uv, across, down, cosine):
-        """Means over footprints."""
+    def average(
+        self,
+        uv: NDArray[np.float64],
+        across: NDArray[np.float64],
+        down: NDArray[np.float64],
+        cosine: NDArray[np.float64],
+    ) -> np.ndarray:
+        """Return the mean radiance (N,) over footprints.
+
+        Parameters
+        ----------
+        uv : (N, 2) array
+            Middles of the footprints, mm.
+        across, down : (N, 2) arrays
+            Sides of the footprints, mm.
+        cosine : (N,) array
+            Cosine of the viewing angle.
+        """
         x = uv[:, self.axis] * self.frequency
         a = across[:, self.axis] * self.frequency
         b = down[:, self.axis] * self.frequency
@@ -453,12 +555,32 @@ def odd_share(x, across, down):
 
 
 def monitor_scene(
-    active_grid, T_world_target, texture=None, frame_mm=20.0, frame=0.03, background=0.2
-):
-    """A monitor (`raxel.sets.ActiveGrid`) in its frame; part 0 is the lit area.
+    active_grid: ActiveGrid,
+    T_world_target: NDArray[np.float64],
+    texture: Texture | None = None,
+    frame_mm: float = 20.0,
+    frame: float = 0.03,
+    background: float = 0.2,
+) -> TexturedScene:
+    """Return a monitor in its frame; part 0 is the lit area.
 
-    T_world_target: pose of the lit area, origin at its upper left corner, x right, y
-    down. texture: what it shows, white if not given (`Traced.shade` exchanges it).
+    Parameters
+    ----------
+    active_grid : ActiveGrid
+        Gives the size of the lit area.
+    T_world_target : (4, 4) array_like
+        Pose of the lit area, mm: origin at its upper left corner, x right, y down.
+    texture : Texture or None
+        What the monitor shows; None: white. `Traced.shade` exchanges it.
+    frame_mm : float
+        Width of the frame, mm; 0: no frame.
+    frame, background : float
+        Radiance of the frame, and of rays that meet nothing.
+
+    Returns
+    -------
+    TexturedScene
+        The lit area and its frame.
     """
     size = np.array(active_grid.monitor_mm or active_grid.monitor_px, float)
     lit = Rectangle(T_world_target, *size)
@@ -466,7 +588,7 @@ def monitor_scene(
     if frame_mm > 0:
         # Behind the lit area by a hair, so that which one is nearer is not left open.
         behind = T_world_target @ pose(np.eye(3), [0, 0, 1e-3])
-        rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))
+        rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))  # type: ignore[call-arg]
         parts.append((rim, Plain(frame)))
     return TexturedScene(tuple(parts), background)
 
@@ -484,20 +606,46 @@ __all__ = ["TexturedScene", "board_scene", "facade", "monitor_scene", "room"]
 
 
 def board_scene(
-    chessboard,
-    T_world_target,
-    border_mm=None,
-    black=0.05,
-    white=0.9,
-    background=0.4,
-    light=None,
-):
-    """A chessboard (`raxel.sets.Chessboard`) on its sheet before an even background.
+    chessboard: Chessboard,
+    T_world_target: ArrayLike,
+    border_mm: float | None = None,
+    black: float = 0.05,
+    white: float = 0.9,
+    background: float = 0.4,
+    light: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> TexturedScene:
+    """Return a chessboard on its sheet in front of an even background.
 
-    T_world_target: pose of the board's frame (first interior corner at the origin).
-    border_mm: white margin around the squares, one pitch if not given. A board of
-    unknown pitch has squares of one unit. light: how much of the light reaches each
-    place of the board, uv (N, 2) in mm -> (N,); None: all of it.
+    Parameters
+    ----------
+    chessboard : Chessboard
+        Corners and pitch; a board of unknown pitch has squares of one unit.
+    T_world_target : (4, 4) array_like
+        Pose of the board's frame, mm: the first interior corner is the origin.
+    border_mm : float or None
+        White margin around the squares; None: one pitch.
+    black, white : float
+        Radiance of the squares.
+    background : float
+        Radiance of rays that meet nothing.
+    light : callable or None
+        Turns positions uv (N, 2) on the board, mm, into shares (N,) of the light that
+        reaches them; None: all of it.
+
+    Returns
+    -------
+    TexturedScene
+        One part: the sheet.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.lab import board_scene
+    >>> from raxel.sets import Chessboard
+    >>> board = Chessboard(columns=9, rows=6, pitch_mm=30.0)
+    >>> sheet = board_scene(board, np.eye(4)).surfaces[0]
+    >>> sheet.width, sheet.height
+    (360.0, 270.0)
     """
     pitch = float(chessboard.pitch_mm or 1)
     border = pitch if border_mm is None else border_mm
@@ -505,5 +653,5 @@ def board_scene(
         chessboard.columns, chessboard.rows, pitch, border, black, white, light
     )
     corner, size = texture.extent
-    sheet = Rectangle(T_world_target, *size, corner)
+    sheet = Rectangle(T_world_target, *size, corner)  # type: ignore[call-arg]
     return TexturedScene(((sheet, texture),), background)

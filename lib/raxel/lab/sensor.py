@@ -5,12 +5,15 @@ photons arrive at random, wells fill and overflow, reading adds its noise, and o
 come the camera's own tone curve and the rounding.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
@@ -112,18 +115,45 @@ DEMOSAIC = {"RGGB": "BG", "BGGR": "RG", "GRBG": "GB", "GBRG": "GR"}
 class Sensor:
     """A sensor and what its camera does with the charge.
 
-    white_e: electrons that radiance 1.0 makes during the exposure. full_well_e:
-    electrons at which a pixel is full; they give the largest number of the file.
-    read_noise_e: SD, electrons. blooming: share of the charge above a full well that
-    runs along the column into the next pixels; the rest is drained.
-    gamma: the file holds (charge / full well)^(1 / gamma); response: ((charge as share
-    of the full well, ...), (share of the range, ...)) instead, linear in between.
-    black_level: share of the file's range that stands for no charge.
-    bits: 8 or 16. jpeg: quality, 1 to 100, of the compression with which the camera
-    saves the picture, of 8 bits; None: saved as it is.
-    bayer: None, or the colours of the mosaic, row by row: 'RGGB', ...
+    Attributes
+    ----------
+    white_e : float
+        Electrons that radiance 1.0 makes during the exposure.
+    full_well_e : float
+        Electrons at which a pixel is full; they give the largest number of the file.
+    read_noise_e : float
+        SD of the read noise, electrons.
+    blooming : float
+        Share of the charge above a full well that runs along the column into the next
+        pixels; the rest is drained.
+    gamma : float
+        The file holds (charge / full well)^(1 / gamma).
+    response : ((float, ...), (float, ...)) or None
+        Instead of gamma: charges as shares of the full well, and shares of the range,
+        linear in between.
+    black_level : float
+        Share of the file's range that stands for no charge.
+    bits : int
+        8 or 16.
+    bayer : str or None
+        Colours of the mosaic, row by row: 'RGGB', ...; None: no mosaic.
+    jpeg : int or None
+        Quality, 1 to 100, of the compression with which the camera saves the image, of
+        8 bits; None: saved as it is.
 
-    Raises InputError naming the field that no sensor can have.
+    Raises
+    ------
+    InputError
+        Naming the field that no sensor can have.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.lab import Sensor
+    >>> sensor = Sensor(white_e=10_000, full_well_e=20_000)
+    >>> image = sensor.expose(np.full((100, 100), 0.6), np.random.default_rng(0))
+    >>> print(image.dtype, f"{image.mean():.0f}")  # 30 % of the range
+    uint8 76
     """
 
     white_e: float
@@ -162,12 +192,31 @@ class Sensor:
         if self.response is not None:
             _check_response(*self.response)
 
-    def expose(self, irradiance, rng, *, colour=False):
-        """The file's numbers, uint8 or uint16, from irradiance (H, W) or (H, W, 3).
+    def expose(
+        self,
+        irradiance: NDArray[np.floating],
+        rng: np.random.Generator,
+        *,
+        colour: bool = False,
+    ) -> np.ndarray:
+        """Return the numbers in the file that irradiance on the sensor leaves.
 
-        rng: a numpy Generator. With a mosaic each pixel sees one colour, and the others
-        come from its neighbours. colour: (H, W, 3) red, green, blue; else (H, W), the
-        luminance of a coloured picture.
+        With a mosaic each pixel sees one colour; the others come from its neighbours.
+
+        Parameters
+        ----------
+        irradiance : (H, W) or (H, W, 3) array
+            Light on the sensor; 1.0 makes `white_e` electrons.
+        rng : numpy.random.Generator
+            Draws the noise.
+        colour : bool
+            Whether to return red, green and blue, else the luminance of a
+            coloured image.
+
+        Returns
+        -------
+        (H, W) or (H, W, 3) uint8 or uint16 array
+            The image as the camera saves it.
         """
         if self.bayer is None:
             share = self.read_out(irradiance, rng)
@@ -182,8 +231,25 @@ class Sensor:
         picture = self.develop(share)
         return picture if self.jpeg is None else compressed(picture, self.jpeg)
 
-    def read_out(self, irradiance, rng):
-        """Charge after reading, as a share of the full well; noise may make it < 0."""
+    def read_out(
+        self, irradiance: NDArray[np.floating], rng: np.random.Generator
+    ) -> NDArray[np.float32]:
+        """Return the charge after reading, as a share of the full well.
+
+        Noise may make it negative.
+
+        Parameters
+        ----------
+        irradiance : (H, W) or (H, W, 3) array
+            Light on the sensor; 1.0 makes `white_e` electrons.
+        rng : numpy.random.Generator
+            Draws shot and read noise.
+
+        Returns
+        -------
+        float32 array
+            Shares of the full well, shaped as the irradiance.
+        """
         irradiance = np.asarray(irradiance)
         at_once = self.white_e >= GAUSSIAN_E
         charge = np.empty(irradiance.shape, np.float32 if at_once else float)
@@ -210,13 +276,24 @@ class Sensor:
             share[rows] = block / self.full_well_e
         return share
 
-    def develop(self, share):
-        """Tone curve and rounding of shares of the full well, (H, W) or (H, W, 3)."""
+    def develop(self, share: ArrayLike) -> np.ndarray:
+        """Return the file's numbers after tone curve and rounding.
+
+        Parameters
+        ----------
+        share : (H, W) or (H, W, 3) array_like
+            Shares of the full well.
+
+        Returns
+        -------
+        uint8 or uint16 array
+            Shaped as the shares.
+        """
         share = np.ascontiguousarray(share, np.float32)
         return counted(share, _steps_of(self), BITS[self.bits])
 
-    def number(self, share):
-        """The number in the file, as a float, of shares (N,) of the full well."""
+    def number(self, share: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Return the file's number, as a float, of shares (N,) of the full well."""
         top = 2**self.bits - 1
         toned = self.black_level + (1 - self.black_level) * self._toned(share)
         return np.clip(np.rint(top * toned), 0, top)
@@ -249,11 +326,35 @@ def _row_blocks(image):
     return (slice(i, i + height) for i in range(0, len(image), height))
 
 
-def bloom(charge, full_well, share):
-    """Charge (H, W[, C]) with no well above full; a share of the rest runs on.
+def bloom(
+    charge: NDArray[np.floating], full_well: float, share: float
+) -> NDArray[np.floating]:
+    """Return the charge with no well above full; a share of the rest runs on.
 
-    What is too much in a pixel is halved and runs up and down its column, each half
-    until it has found room; what runs off the sensor is lost.
+    The excess of a pixel is halved and runs up and down its column, each half until it
+    has found room. Charge that runs off the sensor is lost.
+
+    Parameters
+    ----------
+    charge : (H, W) or (H, W, C) array
+        Electrons.
+    full_well : float
+        Electrons at which a pixel is full.
+    share : float
+        Share of the excess that runs on, 0 to 1; the rest is drained.
+
+    Returns
+    -------
+    array
+        Electrons, shaped as `charge`; `charge` itself where no well is above full.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.lab import bloom
+    >>> column = np.array([[0.0], [3.0], [0.0]])
+    >>> bloom(column, full_well=1.0, share=1.0).ravel().tolist()
+    [1.0, 1.0, 1.0]
     """
     if charge.max(initial=0) <= full_well:
         return charge

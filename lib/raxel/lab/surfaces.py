@@ -5,11 +5,14 @@ two coordinates uv in mm, in which its texture is drawn. Every surface is seen f
 both sides.
 """
 
+from __future__ import annotations
+
 import abc
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry import pose, transform
@@ -41,16 +44,25 @@ class TracedSurface(abc.ABC):
         self.T_world_surface = T
 
     @abc.abstractmethod
-    def hit(self, origins, directions):
-        """Meet rays with the surface, in the world frame; returns a `Hit`.
+    def hit(self, origins: ArrayLike, directions: ArrayLike) -> Hit:
+        """Return the `Hit` of rays with the surface, in the world frame.
 
-        origins: (N, 3), or (1, 3) for rays from one point; directions: (N, 3) unit;
-        rays that hold NaN miss.
+        Parameters
+        ----------
+        origins : (N, 3) or (1, 3) array_like
+            Origins, mm; one row for rays from one point.
+        directions : (N, 3) array_like
+            Unit directions; rays that hold NaN miss.
+
+        Returns
+        -------
+        Hit
+            Distances, surface coordinates and cosines.
         """
 
     @property
     @abc.abstractmethod
-    def outline(self):
+    def outline(self) -> NDArray[np.float64]:
         """Straight borders as segments (n, 2, 3) in the world frame."""
 
 
@@ -63,20 +75,40 @@ class _Flat(TracedSurface):
     low: np.ndarray
     high: np.ndarray
 
-    def hit(self, origins, directions):
-        """As `TracedSurface.hit`."""
+    def hit(self, origins: ArrayLike, directions: ArrayLike) -> Hit:
+        """Return the `Hit` of rays, as `TracedSurface.hit`."""
         origins, directions = np.asarray(origins, float), np.asarray(directions, float)
         pose_and_box = self.T_world_surface, self.low, self.high
         return Hit(*_plane_hits(origins, directions, *pose_and_box))
 
 
 class Rectangle(_Flat):
-    """Part of the plane z = 0 of its frame; uv is (x, y).
+    """Rectangular part of the plane z = 0 of its frame; uv is (x, y).
 
-    It reaches from `corner` (2,) by `width` along x and `height` along y, all mm.
+    It reaches from `corner` by `width` along x and `height` along y.
+
+    Parameters
+    ----------
+    T_world_surface : (4, 4) array_like
+        Pose of the surface's frame in the world, mm.
+    width, height : float
+        Size along x and y, mm.
+    corner : (2,) array_like
+        Corner of the least x and y, mm.
+
+    Raises
+    ------
+    InputError
+        For a pose that is not 4 x 4 finite numbers, or a size that is not positive.
     """
 
-    def __init__(self, T_world_surface, width, height, corner=(0.0, 0.0)):
+    def __init__(
+        self,
+        T_world_surface: ArrayLike,
+        width: float,
+        height: float,
+        corner: ArrayLike = (0.0, 0.0),
+    ) -> None:
         super().__init__(T_world_surface)
         self.width = _positive("rectangle", "width", width)
         self.height = _positive("rectangle", "height", height)
@@ -84,8 +116,8 @@ class Rectangle(_Flat):
         self.high = self.low + [self.width, self.height]
 
     @property
-    def outline(self):
-        """The four sides."""
+    def outline(self) -> NDArray[np.float64]:
+        """The four sides, (4, 2, 3), in the world frame, mm."""
         (x0, y0), (x1, y1) = self.low, self.high
         ring = np.array([[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]])
         ring = transform(self.T_world_surface, ring)
@@ -95,18 +127,32 @@ class Rectangle(_Flat):
 class Disc(_Flat):
     """Disc in the plane z = 0 around the origin of its frame; uv is (x, y).
 
-    inner_radius > 0 leaves a hole.
+    Parameters
+    ----------
+    T_world_surface : (4, 4) array_like
+        Pose of the surface's frame in the world, mm.
+    radius : float
+        Outer radius, mm.
+    inner_radius : float
+        Radius of the hole, mm; 0 leaves none.
+
+    Raises
+    ------
+    InputError
+        For a pose that is not 4 x 4 finite numbers, or a radius that is not positive.
     """
 
-    def __init__(self, T_world_surface, radius, inner_radius=0.0):
+    def __init__(
+        self, T_world_surface: ArrayLike, radius: float, inner_radius: float = 0.0
+    ) -> None:
         super().__init__(T_world_surface)
         self.radius = _positive("disc", "radius", radius)
         self.inner_radius = float(inner_radius)
         self.high = np.full(2, self.radius)
         self.low = -self.high
 
-    def hit(self, origins, directions):
-        """As `TracedSurface.hit`."""
+    def hit(self, origins: ArrayLike, directions: ArrayLike) -> Hit:
+        """Return the `Hit` of rays, as `TracedSurface.hit`."""
         hit = super().hit(origins, directions)
         with np.errstate(all="ignore"):
             square = np.sum(hit.uv**2, axis=1)
@@ -115,8 +161,8 @@ class Disc(_Flat):
         return hit
 
     @property
-    def outline(self):
-        """None: a disc has no straight border."""
+    def outline(self) -> NDArray[np.float64]:
+        """Empty, (0, 2, 3): a disc has no straight border."""
         return np.empty((0, 2, 3))
 
 

@@ -4,12 +4,16 @@ Only poses that keep the target in view count. Whether they do is a matter of ge
 no picture is rendered and no detector asked.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import (
@@ -36,23 +40,49 @@ NEAREST, FARTHEST, HALVINGS = 0.02, 100.0, 60
 
 @dataclass(frozen=True)
 class Visibility:
-    """When a target counts as seen.
+    """Conditions under which a target counts as visible.
 
-    margin_px: least distance of its whole outline from the image's border;
-    least_spacing_px: least distance between neighbours of its lattice in the image;
-    whole: False where a piece of it is enough.
+    Attributes
+    ----------
+    margin_px : float
+        Least distance of the whole outline from the image's border, px.
+    least_spacing_px : float
+        Least distance between neighbours of its lattice in the image, px.
+    whole : bool
+        False where a piece of the target is enough.
     """
 
     margin_px: float = 0.0
     least_spacing_px: float = 0.0
     whole: bool = True
 
-    def fault(self, camera, T_camera_target, outline, lattice):
-        """Why the target is not seen whole at this pose; '' where it is.
+    def fault(
+        self,
+        camera: Camera,
+        T_camera_target: NDArray[np.float64],
+        outline: NDArray[np.float64],
+        lattice: NDArray[np.float64],
+    ) -> str:
+        """Return why the target is not visible at a pose; '' where it is.
 
-        outline: (N, 2) points around the target, lattice: (rows, columns, 2) points on
-        it, in its plane, mm. Its face is the side its z axis points away from. A
-        discontinuous camera sees a target in pieces, and at least one is asked for.
+        The target's face is the side its z axis points away from. A discontinuous
+        camera sees a target in pieces, and at least one is required.
+
+        Parameters
+        ----------
+        camera : Camera
+            Any camera.
+        T_camera_target : (4, 4) array
+            Pose of the target, mm.
+        outline : (N, 2) array
+            Points around the target in its plane, mm.
+        lattice : (rows, columns, 2) array
+            Points on the target in its plane, mm.
+
+        Returns
+        -------
+        str
+            The reason, such as 'outside the field of view'.
         """
         if _hides_mirror(camera, T_camera_target, outline):
             return "between viewer and mirror"
@@ -294,8 +324,21 @@ def _distance_for(subtense, arms, towards):
     return np.sqrt(near * far)
 
 
-def outline_of(corner, size):
-    """Points (4 n, 2) around a rectangle from `corner` (2,) of `size` (2,), mm."""
+def outline_of(corner: ArrayLike, size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points around a rectangle.
+
+    Parameters
+    ----------
+    corner : (2,) array_like
+        Corner of the least x and y, mm.
+    size : (2,) array
+        Width and height, mm.
+
+    Returns
+    -------
+    (4 n, 2) array
+        Points in the rectangle's plane, n = 25 from each corner on, mm.
+    """
     along = np.linspace(0, 1, OUTLINE_POINTS, endpoint=False)
     zero, one = np.zeros_like(along), np.ones_like(along)
     x = np.concatenate([along, one, 1 - along, zero])

@@ -5,10 +5,13 @@ its albedo from every direction (Lambert's law under ambient light): 1.0 is a wh
 surface in full light, and the cosine of view matters to no texture but a monitor.
 """
 
+from __future__ import annotations
+
 import abc
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -115,13 +118,19 @@ class GridTexture(RegionTexture):
 
 
 class Plain(RegionTexture):
-    """One colour everywhere: a number or RGB."""
+    """One colour everywhere.
 
-    def __init__(self, colour):
+    Parameters
+    ----------
+    colour : float or (3,) array_like
+        Radiance: a number, or red, green and blue.
+    """
+
+    def __init__(self, colour: ArrayLike) -> None:
         self.colours = as_colour(colour)[None]
 
-    def label(self, uv):
-        """Zero: one region."""
+    def label(self, uv: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return zero (N,) for positions uv (N, 2): one region."""
         return np.zeros(len(uv), np.int64)
 
 
@@ -252,14 +261,27 @@ class Panels(GridTexture):
 
 
 class ImageTexture(Texture):
-    """A picture (rows, columns) or (rows, columns, 3) of linear radiance.
+    """An image of linear radiance on a surface.
 
-    Its pixels are mm_per_px wide, the outer corner of the first at uv = (0, 0), its
-    rows along v; between their centres it is bilinear, beyond the border constant. A
-    pixel is shaded by its centre: give a picture no finer than the pixels that see it.
+    The outer corner of the first pixel is at uv = (0, 0); columns count along u, rows
+    along v. Between pixel centres the radiance is bilinear, beyond the border
+    constant. A pixel is shaded by its centre: give an image no finer than the pixels
+    that see it.
+
+    Parameters
+    ----------
+    array : (rows, columns) or (rows, columns, 3) array_like
+        Linear radiance, row by row from the least v.
+    mm_per_px : float
+        Width of its pixels, mm.
+
+    Raises
+    ------
+    InputError
+        For another shape, an empty image, or a width that is not positive.
     """
 
-    def __init__(self, array, mm_per_px):
+    def __init__(self, array: ArrayLike, mm_per_px: float) -> None:
         self.array = np.array(array, np.float32)
         if self.array.ndim not in (2, 3) or 0 in self.array.shape or not mm_per_px > 0:
             raise InputError(
@@ -268,8 +290,18 @@ class ImageTexture(Texture):
             )
         self.mm_per_px = float(mm_per_px)
 
-    def radiance(self, uv, cosine):
-        """Bilinear between pixel centres."""
+    def radiance(
+        self, uv: NDArray[np.float64], cosine: NDArray[np.float64]
+    ) -> np.ndarray:
+        """Return the radiance, (N,) or (N, 3), bilinear between pixel centres.
+
+        Parameters
+        ----------
+        uv : (N, 2) array
+            Positions on the surface, mm.
+        cosine : (N,) array
+            Cosine of the angle of view; without effect.
+        """
         rows, columns = self.array.shape[:2]
         x = np.clip(uv[:, 0] / self.mm_per_px - 0.5, 0, columns - 1)
         y = np.clip(uv[:, 1] / self.mm_per_px - 0.5, 0, rows - 1)
