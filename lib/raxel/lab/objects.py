@@ -4,11 +4,15 @@ A chessboard with a circle drawn over it: its corners tell the pose, the circle 
 is left of distortion (5.3.4, Fig. 5.14).
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.geometry.poses import pose
@@ -21,6 +25,7 @@ from raxel.lab.textures import (
     colour_table,
     share_beyond,
 )
+from raxel.sets.model import Chessboard
 
 # A head in low relief, described by formula: what stands in for the face of Fig.
 # 5.19. All shapes are in units of half the plate's width: x right, y down, origin
@@ -81,10 +86,22 @@ LAMP, AMBIENT = np.array([-0.45, -0.55, 0.70]), 0.40
 
 @dataclass(frozen=True)
 class Bust:
-    """width: of the plate, mm; relief: mm that a height of 1 stands out of it.
+    """A head in low relief on a plate.
 
-    Frame: origin mid-plate, x right, y down, z into the plate, away from who looks: the
-    relief has negative z. Raises InputError for lengths that are not positive.
+    Frame: origin mid-plate, x right, y down, z into the plate, away from the observer.
+    The relief has negative z.
+
+    Attributes
+    ----------
+    width : float
+        Width of the plate, mm.
+    relief : float
+        How far a height of 1 projects from the plate, mm.
+
+    Raises
+    ------
+    InputError
+        For lengths that are not positive.
     """
 
     width: float = 160.0
@@ -98,26 +115,39 @@ class Bust:
             )
 
     @property
-    def size(self):
-        """(width, height) of the plate, mm."""
+    def size(self) -> tuple[float, float]:
+        """Width and height of the plate, mm."""
         return self.width, TALL * self.width
 
-    def points(self, places):
-        """Points (N, 3) of the surface at places (N, 2) mm of the plate."""
+    def points(self, places: ArrayLike) -> NDArray[np.float64]:
+        """Return points (N, 3) of the surface at positions (N, 2) on the plate, mm."""
         places = np.asarray(places, float)
         x, y = (2 / self.width * places).T
         return np.column_stack([places, -self.relief * heights(x, y)])
 
-    def landmarks(self):
-        """Names and points (n, 3) of PLACES, mm."""
+    def landmarks(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+        """Return the names of the landmarks and their points (n, 3), mm."""
         names, x, y = zip(*PLACES, strict=True)
         return names, self.points(self.width / 2 * np.column_stack([x, y]))
 
-    def part(self, T_world_bust, pitch=0.5, px_mm=0.4):
-        """(Relief, ImageTexture) for a `TexturedScene`.
+    def part(
+        self, T_world_bust: NDArray[np.float64], pitch: float = 0.5, px_mm: float = 0.4
+    ) -> tuple[Relief, ImageTexture]:
+        """Return surface and texture for a `TexturedScene`.
 
-        T_world_bust: (4, 4), mm; pitch: mm between heights, px_mm: of the texture; no
-        finer than the pixels that will see it.
+        Parameters
+        ----------
+        T_world_bust : (4, 4) array
+            Pose of the bust, mm.
+        pitch : float
+            Distance between heights, mm.
+        px_mm : float
+            Size of the texture's pixels, mm; no finer than the pixels that will see it.
+
+        Returns
+        -------
+        (Relief, ImageTexture)
+            One part of a scene.
         """
         width, height = self.size
         columns, rows = (round(length / pitch) + 1 for length in (width, height))
@@ -129,8 +159,23 @@ class Bust:
         steepness = 2 * self.relief / self.width
         return surface, ImageTexture(*_picture(steepness, width, px_mm))
 
-    def scene(self, T_world_bust, background=0.1, **fineness):
-        """The bust alone before an even background; fineness: as for `part`."""
+    def scene(
+        self,
+        T_world_bust: NDArray[np.float64],
+        background: float = 0.1,
+        **fineness: float,
+    ) -> TexturedScene:
+        """Return the bust alone in front of an even background.
+
+        Parameters
+        ----------
+        T_world_bust : (4, 4) array
+            Pose of the bust, mm.
+        background : float
+            Radiance of rays that meet nothing.
+        **fineness
+            `pitch` and `px_mm` as in `part`.
+        """
         return TexturedScene((self.part(T_world_bust, **fineness),), background)
 
 
@@ -225,10 +270,18 @@ def _oval(x, y, middle, down, across, along):
 
 
 class BoardRing(NamedTuple):
-    """A circular line in the plane of a board, mm, in the board's frame.
+    """A circular line in the plane of a board, in the board's frame.
 
-    centre: (2,); radius: of the line's middle; line: its width; margin: width of the
-    white on either side, which keeps it apart from the squares.
+    Attributes
+    ----------
+    centre : (float, float)
+        Centre, mm.
+    radius : float
+        Radius of the line's middle, mm.
+    line : float
+        Width of the line, mm.
+    margin : float
+        Width of the white on either side, mm; it separates line and squares.
     """
 
     centre: tuple
@@ -237,8 +290,8 @@ class BoardRing(NamedTuple):
     margin: float = 3.0
 
     @property
-    def edges(self):
-        """Radii of the line's inner and outer edge."""
+    def edges(self) -> tuple[float, float]:
+        """Radii of the line's inner and outer edge, mm."""
         return self.radius - self.line / 2, self.radius + self.line / 2
 
 
@@ -300,21 +353,45 @@ class RingedChessboard(RegionTexture):
 
 
 def ringed_board_scene(
-    chessboard,
-    ring,
-    T_world_target,
-    border_mm=None,
-    black=0.05,
-    white=0.9,
-    background=0.4,
-    light=None,
-):
-    """As `raxel.lab.board_scene`, with a `BoardRing` over the board."""
+    chessboard: Chessboard,
+    ring: BoardRing,
+    T_world_target: ArrayLike,
+    border_mm: float | None = None,
+    black: float = 0.05,
+    white: float = 0.9,
+    background: float = 0.4,
+    light: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> TexturedScene:
+    """Return a chessboard with a circle over it, in front of an even background.
+
+    Parameters
+    ----------
+    chessboard : Chessboard
+        Corners and pitch.
+    ring : BoardRing
+        The circle, in the board's frame.
+    T_world_target, border_mm, black, white, background, light
+        As in `raxel.lab.board_scene`.
+
+    Returns
+    -------
+    TexturedScene
+        One part: the sheet.
+
+    Raises
+    ------
+    InputError
+        For a ring without a width, or whose widths leave no room inside.
+
+    References
+    ----------
+    Thesis 5.3.4, Fig. 5.14.
+    """
     pitch = float(chessboard.pitch_mm or 1)
     border = pitch if border_mm is None else border_mm
     board = ChessboardTexture(
         chessboard.columns, chessboard.rows, pitch, border, black, white, light
     )
     corner, size = board.extent
-    sheet = Rectangle(T_world_target, *size, corner)
+    sheet = Rectangle(T_world_target, *size, corner)  # type: ignore[call-arg]
     return TexturedScene(((sheet, RingedChessboard(board, ring, light)),), background)

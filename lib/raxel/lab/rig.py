@@ -4,12 +4,15 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import Camera, Projection, as_rows, checked_array
 from raxel.cameras.core.storage import DEEPEST, argument_names
@@ -22,8 +25,9 @@ from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.io.documents import read_yaml, validate
 from raxel.io.files import physical_memory
 from raxel.lab.lighting import Blemishes, Lighting
-from raxel.lab.optics import Optics
+from raxel.lab.optics import Crop, Optics
 from raxel.lab.rendering import render
+from raxel.lab.scene import TexturedScene
 from raxel.lab.sensor import Sensor
 from raxel.lab.target_poses import (
     AroundPoses,
@@ -42,10 +46,28 @@ from raxel.sets.patterns import PatternPlan, plan_of_cells
 class Monitor:
     """How a monitor turns the value of a pixel into light.
 
-    white: radiance of value 1 seen straight on, 1.0 being a white diffuse surface.
-    black_level: radiance of value 0 as a share of white. gamma: the radiance between
-    them rises as value^gamma. falloff_exponent: n of cos^n of the viewing angle.
-    Raises InputError naming the field that no monitor can have.
+    Attributes
+    ----------
+    gamma : float
+        The radiance between black and white rises as value^gamma.
+    black_level : float
+        Radiance of value 0 as a share of white.
+    falloff_exponent : float
+        n of cos^n of the viewing angle.
+    white : float
+        Radiance of value 1 seen straight on; 1.0 is a white diffuse surface.
+
+    Raises
+    ------
+    InputError
+        Naming the field that no monitor can have.
+
+    Examples
+    --------
+    >>> from raxel.lab import Monitor
+    >>> monitor = Monitor(gamma=2.0, falloff_exponent=1.0)
+    >>> print(f"{monitor.radiance(0.5, 1.0):.3f} {monitor.radiance(0.5, 0.5):.3f}")
+    0.250 0.125
     """
 
     gamma: float = 2.2
@@ -65,21 +87,27 @@ class Monitor:
                 found = getattr(self, name)
                 raise InputError(f"field '{name}': found {found}; {advice}")
 
-    def radiance(self, value, cosine):
-        """Radiance of pixels of `value` in [0, 1] seen at an angle of this cosine.
+    def radiance(self, value: ArrayLike, cosine: ArrayLike) -> np.ndarray:
+        """Return the radiance of pixels seen under a viewing angle.
 
-        Arrays of one shape, or numbers. From behind (cosine < 0) it is dark.
+        Parameters
+        ----------
+        value : array_like
+            Values of the pixels, 0 to 1.
+        cosine : array_like
+            Cosine of the viewing angle, of the same shape; from behind (below 0) it
+            is dark.
         """
         return self.light(value) * self.falloff(cosine)
 
-    def light(self, value):
-        """Radiance straight on of pixels of `value`, an array or a number."""
+    def light(self, value: ArrayLike) -> np.ndarray:
+        """Return the radiance, seen straight on, of `value`, an array or a number."""
         value = np.clip(value, 0, 1)
         share = self.black_level + (1 - self.black_level) * value**self.gamma
         return self.white * share
 
-    def falloff(self, cosine):
-        """Share of `light` that is left at an angle of this cosine."""
+    def falloff(self, cosine: ArrayLike) -> np.ndarray:
+        """Return the share of `light` that is left at an angle of this cosine."""
         return (np.asarray(cosine) > 0) * np.maximum(cosine, 0) ** self.falloff_exponent
 
 
@@ -557,25 +585,103 @@ FINENESS = 2
 
 @dataclass(frozen=True)
 class Laboratory:
-    """camera: any Camera with rays; optics: its lens; sensor: what counts the light."""
+    """A camera with its lens and sensor, which takes images of scenes.
+
+    Attributes
+    ----------
+    camera : Camera
+        Any camera with rays.
+    sensor : Sensor
+        Turns light into the numbers of a file.
+    optics : Optics
+        Vignetting, blur and chromatic aberration of the lens.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.lab import Laboratory, Sensor, TexturedScene
+    >>> K = [[50, 0, 15.5], [0, 50, 11.5], [0, 0, 1]]
+    >>> camera = PerspectiveCamera(K, [], 32, 24)
+    >>> laboratory = Laboratory(camera, Sensor(white_e=1e4, full_well_e=1e4))
+    >>> scene = TexturedScene((), background=0.5)
+    >>> image = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+    >>> image.shape, image.dtype.name
+    ((24, 32), 'uint8')
+    """
 
     camera: Camera
     sensor: Sensor
     optics: Optics = field(default_factory=Optics)
 
-    def photograph(self, scene, T_world_camera, rng, *, colour=False):
-        """A picture of the scene, uint8 or uint16, (H, W), or (H, W, 3) in colour.
+    def photograph(
+        self,
+        scene: TexturedScene,
+        T_world_camera: ArrayLike,
+        rng: np.random.Generator,
+        *,
+        colour: bool = False,
+    ) -> np.ndarray:
+        """Return an image of the scene as the camera saves it.
 
-        scene: a TexturedScene; T_world_camera: (4, 4), mm; rng: numpy Generator, used
-        for noise alone. Colour is red, green, blue. Behind a mosaic the scene is always
-        taken in colour.
+        Behind a mosaic the scene is always taken in colour.
+
+        Parameters
+        ----------
+        scene : TexturedScene
+            Surfaces and background.
+        T_world_camera : (4, 4) array_like
+            Pose of the camera in the world, mm.
+        rng : numpy.random.Generator
+            Used for noise alone.
+        colour : bool
+            Whether to return red, green and blue.
+
+        Returns
+        -------
+        (H, W) or (H, W, 3) uint8 or uint16 array
+            The image.
+
+        Raises
+        ------
+        InputError
+            For an image too large for the memory.
         """
         coloured = colour or self.sensor.bayer is not None
         irradiance = self.irradiance(scene, T_world_camera, colour=coloured)
         return self.sensor.expose(irradiance, rng, colour=colour)
 
-    def irradiance(self, scene, T_world_camera, *, colour=False, window=None):
-        """Light on the sensor, (H, W) or (H, W, 3), or on a `Crop` of it."""
+    def irradiance(
+        self,
+        scene: TexturedScene,
+        T_world_camera: ArrayLike,
+        *,
+        colour: bool = False,
+        window: Crop | None = None,
+    ) -> NDArray[np.float32]:
+        """Return the light on the sensor, or on a part of it.
+
+        Parameters
+        ----------
+        scene : TexturedScene
+            Surfaces and background.
+        T_world_camera : (4, 4) array_like
+            Pose of the camera in the world, mm.
+        colour : bool
+            Whether to return red, green and blue.
+        window : Crop or None
+            Part of the sensor; None: all of it.
+
+        Returns
+        -------
+        (H, W) or (H, W, 3) float32 array
+            Irradiance.
+
+        Raises
+        ------
+        InputError
+            For an image too large for the memory.
+        """
         fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
         radiance = render(
             self.camera,
@@ -587,11 +693,32 @@ class Laboratory:
         )
         return self.optics.apply(radiance, fineness, window)
 
-    def develop(self, radiance, rng, *, colour=False, fineness=1):
-        """The picture that radiance leaves in the file.
+    def develop(
+        self,
+        radiance: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        colour: bool = False,
+        fineness: int = 1,
+    ) -> np.ndarray:
+        """Return the image that radiance leaves in the file.
 
-        radiance: (H, W) or (H, W, 3), or with `fineness` times as many pixels each way
-        (`Optics.apply`).
+        Parameters
+        ----------
+        radiance : (H, W) or (H, W, 3) array
+            Linear radiance, with `fineness` times as many pixels each way as the
+            sensor.
+        rng : numpy.random.Generator
+            Draws the noise.
+        colour : bool
+            Whether to return red, green and blue.
+        fineness : int
+            As in `Optics.apply`.
+
+        Returns
+        -------
+        (H, W) or (H, W, 3) uint8 or uint16 array
+            The image.
         """
         if self.sensor.bayer is not None and radiance.ndim == 2:
             radiance = np.repeat(radiance[..., None], 3, axis=-1)
@@ -606,13 +733,36 @@ MONITOR_LINES = 9
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """What a rig file says. Lengths in mm, pixels, angles in radians.
+    """A rig: camera, lens, sensor, target and poses. Lengths in mm, angles in radians.
 
-    border_mm: white margin around a chessboard's squares, 0 for a monitor; light,
-    blemishes: of a chessboard's pictures; radiances: keyword arguments of the
-    ready-made scene; monitor and patterns: None for a
-    chessboard; count, evaluate: views of a rendered set, and how many more of them
-    are kept for evaluation.
+    Attributes
+    ----------
+    path : Path
+        The rig file.
+    name, summary : str
+        As in the file.
+    camera : Camera
+        Its model.
+    optics : Optics
+        Its lens.
+    light, blemishes : Lighting, Blemishes
+        Of a chessboard's images.
+    sensor : Sensor
+        Turns light into the numbers of a file.
+    target : Chessboard or ActiveGrid
+        What the images show.
+    border_mm : float
+        White margin around a chessboard's squares, 0 for a monitor.
+    radiances : dict
+        Keyword arguments of the ready-made scene.
+    monitor, patterns : Monitor, PatternPlan or None
+        None for a chessboard.
+    poses : DrawnPoses, AroundPoses or ListedPoses
+        Distribution or list of T_camera_target.
+    visibility : Visibility
+        Conditions that each pose must meet.
+    count, evaluate : int
+        Views of a rendered set, and how many more of them are held out for evaluation.
     """
 
     path: Path
@@ -633,49 +783,63 @@ class Rig:
     count: int
     evaluate: int
 
-    def laboratory(self):
-        """The Laboratory with this rig's camera, lens and sensor."""
+    def laboratory(self) -> Laboratory:
+        """Return the Laboratory with this rig's camera, lens and sensor."""
         return Laboratory(self.camera, self.sensor, self.optics)
 
     @property
-    def extent(self):
-        """(corner (2,), size (2,)) of the whole target in its plane, mm."""
+    def extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Corner (2,) and size (2,) of the whole target in its plane, mm."""
         if isinstance(self.target, ActiveGrid):
             return np.zeros(2), np.array(self.target.monitor_mm)
-        margin = self.target.pitch_mm + self.border_mm
+        margin = self.target.pitch_mm + self.border_mm  # type: ignore[operator]
         squares = np.array([self.target.columns, self.target.rows]) - 1
         return np.full(2, -margin), self.target.pitch_mm * squares + 2 * margin
 
-    def draw_poses(self, rng, count):
-        """T_camera_target (count, 4, 4), each with the whole target in view.
+    def draw_poses(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Return poses of the target, each with the whole target in view.
 
-        rng: numpy Generator; a list of poses does not use it. Raises InputError with
-        the count of tries and the reasons where no such poses come up.
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Draws the poses; a list of poses uses it for errors of the set-up alone.
+        count : int
+            Number of poses.
+
+        Returns
+        -------
+        (count, 4, 4) array
+            T_camera_target, mm.
+
+        Raises
+        ------
+        InputError
+            With the count of tries and the reasons where no such poses are found.
         """
         try:
             return self.poses.draw(rng, count, self.extent, self._fault)
         except InputError as fault:
             raise InputError(named(self.path, "poses", fault)) from fault
 
-    def view_name(self, index):
-        """What the view of a monitor's pose of this number is called."""
+    def view_name(self, index: int) -> str:
+        """Return the name of the view of a monitor's pose of this number."""
         names = getattr(self.poses, "names", ())
         return (names[index] if index < len(names) else None) or f"pose-{index:03d}"
 
-    def shows_chessboard(self, index):
-        """Whether a monitor shows its chessboard at the pose of this number."""
+    def shows_chessboard(self, index: int) -> bool:
+        """Return whether a monitor shows its chessboard at the pose of this number."""
         left_out = getattr(self.poses, "patterns_only", ())
-        return bool(self.target.chessboard) and not any(left_out[index : index + 1])
+        return bool(self.target.chessboard) and not any(left_out[index : index + 1])  # type: ignore[union-attr]
 
-    def at_view(self, index):
-        """The rig as it is in the view of this number, its lens moved on the sensor."""
+    def at_view(self, index: int) -> Rig:
+        """Return the rig in the view of this number, its lens shifted on the sensor."""
         shifts = getattr(self.poses, "lens_shifts", ())
         if not any(map(any, shifts[index : index + 1])):
             return self
         return replace(self, camera=ShiftedLens(self.camera, shifts[index]))
 
-    def shows(self, T_camera_target):
-        """Whether a pose (4, 4) has the whole target in view, as `draw_poses` asks."""
+    def shows(self, T_camera_target: NDArray[np.float64]) -> bool:
+        """Return whether a pose (4, 4) shows the target, as `draw_poses` requires."""
         return not self._fault(T_camera_target)
 
     def _fault(self, T):
@@ -693,12 +857,25 @@ class Rig:
         return corner + np.stack(np.meshgrid(share, share), axis=-1) * size
 
 
-def load_rig(path):
-    """The rig in a YAML file.
+def load_rig(path: str | Path) -> Rig:
+    """Return the rig in a YAML file.
 
-    Raises InputError, one line with file and field, for a file that cannot be read,
-    unknown keys (with the nearest known one), wrong units, and numbers that no camera,
-    lens, sensor or target can have.
+    Parameters
+    ----------
+    path : str or Path
+        The rig file.
+
+    Returns
+    -------
+    Rig
+        Its camera, lens, sensor, target and poses.
+
+    Raises
+    ------
+    InputError
+        One line with file and field: for a file that cannot be read, unknown keys (with
+        the nearest known one), and wrong units. Also for numbers that no camera, lens,
+        sensor or target can have.
     """
     path = Path(path)
     data = read_yaml(path)

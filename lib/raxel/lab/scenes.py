@@ -66,10 +66,10 @@ def facade(
     width, height = bays * bay, storeys * storey + 900
     corner = np.array([-width / 2, -height, 0.0])
     pilasters = _pilasters(bays, bay, height)
-    cornices: list[tuple] = [(0, 0, width, 350, TRIM)]
+    cornices = [(0, 0, width, 350, TRIM)]
     for level in range(1, storeys):
         y = height - level * storey
-        cornices.append((0, y - 130, width, y + 130, TRIM))
+        cornices.append((0, y - 130, width, y + 130, TRIM))  # type: ignore[arg-type]
     plinth = (0, height - 700, width, height, STONE)
     openings = _openings(bays, storeys, bay, storey, height)
     patches = [plinth, *cornices, *pilasters, *chain(*openings)]
@@ -440,7 +440,8 @@ class MonitorPattern(Texture):
 
     Gray code counts 2^of cells from the left or upper border, bit 0 is the most
     significant. Step k of a phase pattern has the value
-    1/2 + 1/2 sin(phi + 2 pi (k / of + offset)). The phase phi = 2 pi periods x / width starts at 0 on the left or upper border.
+    1/2 + 1/2 sin(phi + 2 pi (k / of + offset)). The phase
+    phi = 2 pi periods x / width starts at 0 on the left or upper border.
 
     Means over a pixel's footprint are exact for Gray code, whose edges are parallel, if
     the map is affine within the pixel. Of a phase pattern the mean value is exact;

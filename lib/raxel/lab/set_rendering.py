@@ -5,15 +5,20 @@ evaluation alone, are the camera, the poses and what detectors and decoders ough
 find.
 """
 
+from __future__ import annotations
+
 import os
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
+from raxel.cameras.core.base import Camera
 from raxel.cameras.core.smooth_rays import smooth_rays
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
@@ -22,6 +27,7 @@ from raxel.io.files import check_can_be_written, write_json
 from raxel.lab.lighting import Blemishes, Lighting
 from raxel.lab.optics import Crop
 from raxel.lab.rendering import lit_pixels, trace
+from raxel.lab.rig import Rig
 from raxel.lab.scenes import (
     MonitorBoard,
     MonitorLevel,
@@ -32,7 +38,7 @@ from raxel.lab.scenes import (
 )
 from raxel.lab.target_poses import outline_of
 from raxel.sets.image_set import load_set, write_set
-from raxel.sets.model import ActiveGrid, ImageSet, View
+from raxel.sets.model import ActiveGrid, ImageSet, Pattern, View
 from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, advance, patterns_of
 
 # A photograph of a board by a rig: its light, its blemishes, and only its own rays.
@@ -46,27 +52,61 @@ MARGIN_PX = 16
 RAY_STEP = 8
 
 
-def photograph_board(rig, T_camera_board, rng, specimen):
-    """A picture of the rig's chessboard as its camera saves it.
+def photograph_board(
+    rig: Rig,
+    T_camera_board: NDArray[np.float64],
+    rng: np.random.Generator,
+    specimen: np.random.Generator,
+) -> np.ndarray:
+    """Return an image of the rig's chessboard as its camera saves it.
 
-    T_camera_board: (4, 4), the whole board in view. rng: numpy Generator of this
-    picture (light, glare, noise); specimen: numpy Generator of the rig's own spots.
-    Returns (H, W, 3) uint8 or uint16, red, green, blue, where the rig is coloured,
-    else (H, W).
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a chessboard.
+    T_camera_board : (4, 4) array
+        Pose of the board, mm; the whole board is in view.
+    rng : numpy.random.Generator
+        Of this image: light, glare, noise.
+    specimen : numpy.random.Generator
+        Of the rig's own spots.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) uint8 or uint16 array
+        Red, green, blue where the rig is coloured, else grey.
     """
     if rig.light == Lighting() and rig.blemishes == Blemishes():
         return _plain_photograph(rig, T_camera_board, rng)
     return saved(rig, light_of_board(rig, T_camera_board, rng), rng, specimen)
 
 
-def light_of_board(rig, T_camera_board, rng):
-    """Light on the rig's sensor, (H, W) or (H, W, 3), through clean mirror and glass.
+def light_of_board(
+    rig: Rig, T_camera_board: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return the light on the rig's sensor through clean mirror and glass.
 
-    rng: draws the light on the board.
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a chessboard.
+    T_camera_board : (4, 4) array
+        Pose of the board, mm.
+    rng : numpy.random.Generator
+        Draws the light on the board.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) float32 array
+        Irradiance.
     """
     light = rig.light.draw(rng, rig.extent)
     scene = board_scene(
-        rig.target, T_camera_board, rig.border_mm, light=light, **rig.radiances
+        rig.target,  # type: ignore[arg-type]
+        T_camera_board,
+        rig.border_mm,
+        light=light,
+        **rig.radiances,
     )
     window = window_of(rig, T_camera_board)
     mosaic = rig.sensor.bayer is not None
@@ -78,16 +118,47 @@ def light_of_board(rig, T_camera_board, rng):
     return whole
 
 
-def light_of_room(rig):
-    """Light on the sensor without a board, (H, W): beside the mirror; everywhere."""
+def light_of_room(rig: Rig) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the light on the sensor without a board.
+
+    Parameters
+    ----------
+    rig : Rig
+        Gives mirror, lens and background.
+
+    Returns
+    -------
+    beside, everywhere : (H, W) float32 arrays
+        Irradiance outside the mirror alone, and of the whole image.
+    """
     mirror = mirror_in_view(rig.camera)
     shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
     beside = rig.light.surround * (1 - mirror) * shade
     return beside, beside + rig.radiances["background"] * mirror * shade
 
 
-def saved(rig, irradiance, rng, specimen):
-    """The file that light on the sensor leaves; see `photograph_board`."""
+def saved(
+    rig: Rig,
+    irradiance: NDArray[np.float32],
+    rng: np.random.Generator,
+    specimen: np.random.Generator,
+) -> np.ndarray:
+    """Return the image that light on the sensor leaves in the file.
+
+    Parameters
+    ----------
+    rig : Rig
+        Gives blemishes, tint and sensor.
+    irradiance : (H, W) or (H, W, 3) array
+        Light on the sensor.
+    rng, specimen : numpy.random.Generator
+        As in `photograph_board`.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) uint8 or uint16 array
+        As from `photograph_board`.
+    """
     mirror = mirror_in_view(rig.camera)
     whole = rig.blemishes.apply(irradiance, mirror, specimen, rng)
     if rig.light.coloured:
@@ -102,15 +173,28 @@ def _plain_photograph(rig, T_camera_board, rng):
     return rig.laboratory().photograph(scene, np.eye(4), rng, colour=colour)
 
 
-def grey_of(picture):
-    """A picture (H, W) or (H, W, 3) in grey, as OpenCV makes it grey."""
+def grey_of(picture: np.ndarray) -> np.ndarray:
+    """Return an image (H, W) or (H, W, 3) in grey, (H, W), as OpenCV converts it."""
     import cv2
 
     return picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
 
 
-def window_of(rig, T_camera_board):
-    """The `Crop` of the rig's picture that holds the whole board."""
+def window_of(rig: Rig, T_camera_board: NDArray[np.float64]) -> Crop:
+    """Return the `Crop` of the rig's image that holds the whole board.
+
+    Parameters
+    ----------
+    rig : Rig
+        Gives camera and board.
+    T_camera_board : (4, 4) array
+        Pose of the board, mm.
+
+    Returns
+    -------
+    Crop
+        With a margin of 16 px.
+    """
     camera = rig.camera
     outline = on_plane(outline_of(*rig.extent))
     seen = camera.project(transform(T_camera_board, outline)).pixels
@@ -121,10 +205,20 @@ def window_of(rig, T_camera_board):
 
 
 @lru_cache(maxsize=8)
-def mirror_in_view(camera):
-    """1 where a pixel (H, W) has a ray, else 0; float32.
+def mirror_in_view(camera: Camera) -> NDArray[np.float32]:
+    """Return 1 where a pixel has a ray, else 0.
 
-    Asked of a coarse grid of pixels first, then of those between unlike neighbours.
+    A coarse grid of pixels is tested first, then those between unlike neighbours.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera with rays.
+
+    Returns
+    -------
+    (H, W) float32 array
+        The result is kept and shared: do not write to it.
     """
     import cv2
 
@@ -138,7 +232,7 @@ def mirror_in_view(camera):
     rows, columns = np.nonzero((seen > 0) & (seen < 1))
     rays = camera.rays(np.column_stack([columns, rows]).astype(float))
     seen[rows, columns] = rays.valid
-    return seen
+    return seen  # type: ignore[return-value]
 
 
 # What each pixel of a view sees of a monitor, kept to show one pattern after another.
@@ -233,10 +327,24 @@ NEAR = 1e-3
 BOARD = 1 << 16
 
 
-def photograph_patterns(rig, T_camera_target, seed):
-    """Yield (WHITE, BLACK or a Pattern, picture) for one pose of the monitor.
+def photograph_patterns(
+    rig: Rig, T_camera_target: NDArray[np.float64], seed: Sequence[int]
+) -> Iterator[tuple[str | Pattern, np.ndarray]]:
+    """Yield all images of an active grid for one pose of the monitor.
 
-    seed: list of whole numbers; each picture has a noise of its own.
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a monitor.
+    T_camera_target : (4, 4) array
+        Pose of the monitor, mm.
+    seed : sequence of int
+        Whole numbers; each image has a noise of its own.
+
+    Yields
+    ------
+    (str or Pattern, array)
+        WHITE, BLACK or the pattern shown, and its image.
     """
     laboratory, sight = rig.laboratory(), MonitorSight(rig, T_camera_target)
     shown = [WHITE, BLACK, *patterns_of(rig.patterns)]
@@ -258,12 +366,27 @@ def photograph_chessboard(rig, T_camera_target, seed):
     return rig.laboratory().photograph(scene, np.eye(4), rng)
 
 
-def points_seen(camera, T_camera_target, size_mm):
-    """Where each pixel's ray meets the monitor, (height, width, 2) mm; NaN beside it.
+def points_seen(
+    camera: Camera, T_camera_target: NDArray[np.float64], size_mm: Sequence[float]
+) -> NDArray[np.float32]:
+    """Return where each pixel's ray meets the monitor.
 
-    T_camera_target: (4, 4); size_mm: (width, height) of the lit area, whose upper left
-    corner is the origin. Smooth rays tell which pixels come near it; what these see is
-    told by the camera's own.
+    Smooth rays determine which pixels come near the monitor. The points of these pixels
+    come from the camera's own rays.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera with rays.
+    T_camera_target : (4, 4) array
+        Pose of the lit area, mm; its upper left corner is the origin.
+    size_mm : (float, float)
+        Width and height of the lit area, mm.
+
+    Returns
+    -------
+    (height, width, 2) float32 array
+        Points on the monitor, mm; NaN outside it.
     """
     points = np.full((camera.height, camera.width, 2), np.nan, np.float32)
     size, smooth = np.array(size_mm, float), smooth_rays(camera)
@@ -294,13 +417,34 @@ TRUTH = "truth"
 POSES, NOISE, SPECIMEN = 0, 1, 2
 
 
-def render_set(rig, out, seed, say=None):
-    """Photograph the rig's target in poses drawn from `seed`; the ImageSet in `out`.
+def render_set(
+    rig: Rig, out: str | Path, seed: int, say: Callable[[str], object] | None = None
+) -> ImageSet:
+    """Render the rig's target in poses drawn from a seed, as an image set on disk.
 
-    rig: Rig; out: a folder that is not there yet; seed: whole number, 0 or more; the
-    same seed gives the same bytes. say: a callable told one line per view. The folder
-    appears when all is in it, or not at all. Raises InputError for a folder that
-    exists or cannot be made, and as `Rig.draw_poses`.
+    The same seed gives the same bytes. The folder appears when it is complete, or not
+    at all.
+
+    Parameters
+    ----------
+    rig : Rig
+        What to render.
+    out : str or Path
+        A folder that does not exist yet.
+    seed : int
+        Whole number, 0 or more.
+    say : callable or None
+        Called with one line of text per view.
+
+    Returns
+    -------
+    ImageSet
+        The set in `out`; its folder `truth` holds camera, poses and true positions.
+
+    Raises
+    ------
+    InputError
+        For a folder that exists or cannot be made, and as `Rig.draw_poses`.
     """
     out = Path(out)
     if out.exists() or out.is_symlink():
