@@ -53,9 +53,11 @@ def install_packages(pins):
             f"set-up: {sys.executable}: Python {version[0]}.{version[1]}, 3.11 to 3.13 "
             "needed; run `make PYTHON=python3.12 ...` with one of those"
         )
-    base = getattr(sys, "_base_executable", sys.executable)
     must(
-        run(base, "-m", "venv", "--clear", VENV),
+        run(
+            getattr(sys, "_base_executable", sys.executable),
+            *("-m", "venv", "--clear", VENV),
+        ),
         f"python -m venv (Debian: apt-get install python3.{version[1]}-venv)",
     )
     install_pins(pins)
@@ -71,13 +73,15 @@ def install_project(_):
     """Install the project editable, and let numba compile the library's loops."""
     pip("--no-deps", "--no-build-isolation", "--editable", ".")
     say("compiled loops of the library (half a minute, once)")
+    for index in Path("lib/raxel").rglob("*.nbi"):
+        index.unlink()  # one of before a module moved cannot be read
     must(run(PYTHON, "-m", "raxel.compile_loops"), "python -m raxel.compile_loops")
 
 
 def pip(*arguments):
     """Install with the environment's pip, quietly."""
-    quiet = ("--quiet", "--disable-pip-version-check", "--no-input")
-    must(run(PYTHON, "-m", "pip", "install", *quiet, *arguments), "pip install")
+    options = "--quiet", "--disable-pip-version-check", "--no-input", *arguments
+    must(run(PYTHON, "-m", "pip", "install", *options), "pip install")
 
 
 def probe_rendering():
