@@ -1,6 +1,6 @@
 """Small rigs in which every section and every kind of poses occurs."""
 
-from tests.test_lab_rig import MIRROR, leaf, small_rig
+from tests.raxel.lab.test_rig import MIRROR, leaf, small_rig
 
 BLEMISHES = {
     "spots": leaf(3, "1"),

@@ -1,0 +1,416 @@
+"""What `raxel calibrate` says of a camera: its numbers, and what is wrong with it."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from raxel.cameras import (
+    KannalaBrandtCamera,
+    MovingPupilCamera,
+    PerspectiveCamera,
+    UnifiedSphereCamera,
+)
+from raxel.cli import calibrate as calibrate_command
+from raxel.cli import main, scores
+from raxel.cli.described import camera_fields
+from raxel.evaluation.cross_validation import Evaluation
+from raxel.features.boards import detect_boards
+from tests.image_sets import TILTS_DEG, write_drawn_set
+from tests.made_sets import (
+    CENTRE,
+    COLUMNS,
+    FISHEYE,
+    HEIGHT,
+    PINHOLE,
+    ROWS,
+    WIDTH,
+    K,
+    WavyCamera,
+    boards_of,
+    of_more_than_the_rim,
+    write_made_set,
+)
+
+
+@pytest.fixture
+def calibrate(tmp_path, capsys):
+    """(boards, *options) -> (what was printed, the JSON file)"""
+    runs = []
+
+    def run(boards, *options):
+        folder, corners = write_made_set(tmp_path / f"set{len(runs)}", boards)
+        runs.append(folder)
+        out, result = tmp_path / "camera.npz", tmp_path / "result.json"
+        arguments = ["calibrate", str(folder), "--corners", str(corners)]
+        arguments += ["--out", str(out), "--json", str(result), *map(str, options)]
+        assert main(arguments) == 0, capsys.readouterr().err
+        return capsys.readouterr().out, json.loads(result.read_text())
+
+    return run
+
+
+def test_the_readme_looks_for_corners_once(tmp_path, monkeypatch):
+    write_drawn_set(tmp_path / "my-camera", TILTS_DEG[:4])
+    monkeypatch.chdir(tmp_path)
+    searched = []
+
+    def detect(image_set, detector, views, say):
+        searched.append(image_set.name)
+        return detect_boards(image_set, detector, views, say)
+
+    monkeypatch.setattr("raxel.cli.boards.detect_boards", detect)
+    # Which corners it takes does not depend on the model, and Zhang's is quick.
+    quick = {"zhang": calibrate_command.FITS["zhang"]}
+    monkeypatch.setattr(calibrate_command, "FITS", quick)
+    readme = (Path(__file__).parents[3] / "README.md").read_text("utf-8")
+    block = readme.split("$ pip install .\n")[1].split("```")[0]
+    orders = [line.removeprefix("$ raxel ").split() for line in block.splitlines()]
+    assert [order[0] for order in orders] == [
+        "check", "corners", "calibrate", "evaluate", "undistort",
+    ]  # fmt: skip
+    assert [main(order) for order in orders] == [0] * 5
+    assert searched == ["drawn"]
+    assert (tmp_path / "calibration" / "index.html").is_file()
+
+
+def test_no_number_that_is_none_is_printed():
+    blank = Evaluation([], np.nan, np.nan, np.nan, np.nan, {})
+    assert scores.line("a", blank) == "a: no corner could be scored"
+    angles = blank._replace(mean_deg=0.25, share_with_ray=0.0)
+    told = "mean angle 0.2500 deg, rms unknown, median unknown, 0.0 % of corners"
+    assert scores.line("a", angles) == f"a: {told} with a ray"
+
+
+def all_warnings_in(printed):
+    marked = (line for line in printed.splitlines() if line.startswith("warning: "))
+    return [line.removeprefix("warning: ") for line in marked]
+
+
+def warnings_in(printed):
+    return of_more_than_the_rim(all_warnings_in(printed))
+
+
+def test_intrinsics_are_printed_and_written(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE), "--model", "zhang")
+    camera = result["camera"]
+    assert camera["focal_px"] == pytest.approx([300, 300], rel=0.01)
+    assert camera["principal_point_px"] == pytest.approx(CENTRE, abs=3)
+    told = re.search(
+        r"focal lengths ([\d.]+) and ([\d.]+) px, principal point \(([\d.]+), "
+        r"([\d.]+)\) px, radial terms (\S+), (\S+)\n",
+        printed,
+    )
+    numbers = [*camera["focal_px"], *camera["principal_point_px"], *camera["radial"]]
+    assert [float(x) for x in told.groups()] == pytest.approx(numbers, abs=0.006)
+    sd = [result["terms"][name]["sd"] for name in ("fx", "fy", "cx", "cy")]
+    fx, fy, cx, cy = (f"{one:.2g}" for one in sd)
+    assert (
+        f"made: standard deviations: focal lengths {fx} and {fy} px, principal point "
+        f"({cx}, {cy}) px; all in all {result['sd_over_independent']:.2g} times"
+    ) in printed
+    assert np.all(np.abs(np.array(numbers[:2]) - 300) < 4 * np.array(sd[:2]))
+    # The bend pulls in what a straight pinhole of this focal length would not hold.
+    straight = 2 * np.degrees(np.arctan(0.5 * WIDTH / 300))
+    field = camera["field_of_view_deg"]
+    assert straight < field["horizontal"] < 1.1 * straight
+    assert f"field of view {field['horizontal']:.1f} x " in printed
+    assert 0.1 < camera["share_of_image_under_boards"] < 1
+    (told,) = all_warnings_in(printed)
+    assert result["warnings"] == [told]
+    beyond = result["beyond_boards"]
+    assert told.startswith(
+        f"{100 * beyond['share_of_image']:.0f} % of the image lie be"
+    )
+    # A little of the hull of all boards is under none of them.
+    free = 1 - camera["share_of_image_under_boards"]
+    assert free - 0.1 < beyond["share_of_image"] < free + 0.03
+    assert result["misfit"]["fits"] is True
+    # 0.05 px each way.
+    assert result["misfit"]["scatter_px"] == pytest.approx(0.05 * 2**0.5, rel=0.15)
+
+
+UNEQUAL = np.array([[300.0, 0, 151], [0, 310, 119], [0, 0, 1]])
+THETA = KannalaBrandtCamera([1.1, 0.05], [280, 290], [151, 119], WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        PerspectiveCamera(UNEQUAL, [0.1], WIDTH, HEIGHT),
+        UnifiedSphereCamera(0.9, UNEQUAL, WIDTH, HEIGHT),
+        THETA,
+        MovingPupilCamera(THETA, [2.0]),
+    ],
+    ids=lambda camera: camera.kind,
+)
+def test_focal_lengths_are_px_per_radian_near_the_axis(camera):
+    turn = 1e-3
+    aside = 1e6 * np.tan(turn) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    far = np.column_stack([aside, np.full(4, 1e6)])
+    right, left, below, above = camera.project(far).pixels
+    focal = (right - left)[0] / (2 * turn), (below - above)[1] / (2 * turn)
+    assert camera_fields(camera, [])["focal_px"] == pytest.approx(focal, rel=1e-5)
+
+
+def test_radial_terms_do_not_depend_on_the_scale_of_the_first():
+    """k1 times the px per unit is the focal length: the same lens, written twice."""
+    size = [151, 119], WIDTH, HEIGHT
+    one = KannalaBrandtCamera([2, 0.06, -0.01], [140, 145], *size)
+    other = KannalaBrandtCamera([1, 0.03, -0.005], [280, 290], *size)
+    told = [camera_fields(camera, []) for camera in (one, other)]
+    for name in ("focal_px", "radial", "principal_point_px"):
+        assert told[0][name] == pytest.approx(told[1][name])
+
+
+def test_what_went_into_no_camera_is_told(calibrate):
+    small = [(b - CENTRE) * 0.25 + CENTRE for b in boards_of(PINHOLE)]
+    beside = small[0] - [100, 70]
+    printed, result = calibrate([*small, beside, None], "--model", "generic")
+    share = 100 * result["camera"]["share_of_image_with_ray"]
+    assert share < 20
+    said = warnings_in(printed)
+    assert said[0] == "7.png: left out: too dark"
+    assert said[1].startswith("6.png: left out: shares 0 samples with the known rays")
+    assert said[2].startswith(f"the table has rays for {share:.0f} % of the image only")
+    assert said == of_more_than_the_rim(result["warnings"])
+    assert f"a ray for {share:.0f} % of the image" in printed
+    assert "nan" not in printed
+    assert result["one_centre"]["central"]
+    assert result["stability"] is None
+    assert f"with p = {result['one_centre']['p_value']:.2g}\n" in printed
+
+
+@pytest.mark.parametrize(
+    ("camera", "model", "said"),
+    [
+        (FISHEYE, "zhang", "a pinhole with two radial terms does not fit these boards"),
+        (WavyCamera(), "generic", "no central camera fits these boards"),
+    ],
+)
+def test_a_camera_that_cannot_fit_is_told(calibrate, camera, model, said):
+    printed, result = calibrate(boards_of(camera), "--model", model)
+    misfit = result["misfit"]
+    assert misfit["fits"] is False
+    told = warnings_in(printed)[0]
+    assert told.startswith(
+        f"{said}: off by {misfit['rms_px']:.2f} px (rms) where corners scatter singly "
+        f"by {misfit['scatter_px']:.2g} px; "
+    )
+    if model != "generic":
+        assert "one_centre" not in result
+        return
+    found = result["one_centre"]
+    # Lines move by 9 mm to and fro; poses and directions can follow a part of that.
+    assert 3 < found["at_least"] < 9 < found["at_most"] < 18
+    told = warnings_in(printed)[1]
+    assert told.startswith("the rays do not meet in one point, ")
+    assert f"they pass {found['distance']:.2g} mm from it (RMS, at least" in told
+
+
+def test_one_board_that_does_not_belong_is_named(calibrate):
+    boards = boards_of(PINHOLE)
+    boards[4] = (
+        boards[4] + 0.3 * (np.arange(COLUMNS * ROWS)[:, None] % COLUMNS - 4) ** 2
+    )
+    printed, result = calibrate(boards, "--model", "zhang")
+    assert result["misfit"]["odd_board"] == "4.png"
+    (told,) = warnings_in(printed)
+    assert told.startswith("4.png: does not fit as the other boards do: with it off by")
+
+
+def of_two_cameras():
+    longer = K * [[1.03, 1, 1], [1, 1.03, 1], [1, 1, 1]]
+    other = PerspectiveCamera(longer, [-0.2, 0.05], WIDTH, HEIGHT)
+    return [*boards_of(PINHOLE, 1, 6), *boards_of(other, 2, 6)]
+
+
+def of_a_lens_that_focuses():
+    boards = []
+    for seed, b in enumerate(0.008 * np.random.default_rng(8).normal(size=14)):
+        focused = K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]]
+        camera = PerspectiveCamera(focused, [-0.2, 0.05], WIDTH, HEIGHT)
+        boards += boards_of(camera, seed, 1)
+    return boards
+
+
+def of_a_board_half_off():
+    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
+    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
+    return boards
+
+
+def of_frames_alike():
+    boards, rng = boards_of(PINHOLE, 6, 9), np.random.default_rng(5)
+    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
+    return [*boards, *frames]
+
+
+# Fault -> (boards, begin of its one warning, what the result holds of it).
+FAULTS = {
+    "two cameras": (
+        of_two_cameras,
+        "halves of the boards tell of different cameras",
+        lambda result: not result["stability"]["same_camera"],
+    ),
+    "a lens that focuses anew": (
+        of_a_lens_that_focuses,
+        "boards do not ask for one focal length",
+        lambda result: (
+            result["stability"]["same_camera"] and not result["stability"]["stable"]
+        ),
+    ),
+    "a misprinted row": (
+        lambda: boards_of(PINHOLE, 3, 10, row=0.4),
+        "corners of the board do not lie where",
+        lambda result: result["board_corners"]["worst"] // COLUMNS == 2,
+    ),
+    "half a board off": (
+        of_a_board_half_off,
+        "4.png: ",
+        lambda result: result["misfit"]["odd_board"] == "4.png",
+    ),
+    "an image twice": (
+        lambda: [*boards_of(PINHOLE), *boards_of(PINHOLE)[2:4]],
+        "6.png: its corners are those of 2.png",
+        lambda result: result["misfit"]["fits"],
+    ),
+    "frames alike": (
+        of_frames_alike,
+        "30 of 39 ",
+        lambda result: result["misfit"]["fits"],
+    ),
+    "few boards": (
+        lambda: boards_of(PINHOLE)[:5],
+        "5 boards ",
+        lambda result: result["stability"] is result["board_shape"] is None,
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_of_the_boards_is_one_warning_and_in_the_result(calibrate, fault):
+    boards, begin, holds = FAULTS[fault]
+    printed, result = calibrate(boards(), "--model", "zhang")
+    (warning,) = warnings_in(printed)
+    assert warning.startswith(begin)
+    assert holds(result)
+
+
+def test_a_bent_board_is_told_and_used(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
+    shape = result["board_shape"]
+    used = [name for name in ("bend_x", "twist", "stretch") if shape[name]["used"]]
+    assert used == ["bend_x", "twist"]
+    assert abs(shape["bend_x"]["value"] - 2.0) < 4 * shape["bend_x"]["sd"] < 0.4
+    assert shape["shaped_px"] < shape["flat_px"]
+    assert "made: shape of the board: over its " in printed
+    (told,) = warnings_in(printed)
+    assert told.startswith("the board is not as stated: it bends by up to ")
+    assert result["rms_px"] < 1.5 * shape["shaped_px"]
+
+
+def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsys):
+    _, fitted = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
+    again = boards_of(PINHOLE, 4, 6, bend=2.0)
+    folder, corners = write_made_set(tmp_path / "again", again)
+    command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
+    command = [*map(str, command), "--json", str(tmp_path / "scores.json")]
+
+    def scored(*more):
+        assert main([*command, *map(str, more)]) == 0, capsys.readouterr().err
+        return json.loads((tmp_path / "scores.json").read_text())
+
+    flat = scored()
+    assert (
+        "a board that bends does not fit as a flat one; --board"
+        in capsys.readouterr().out
+    )
+    shaped = scored("--board", tmp_path / "result.json")
+    assert "made: boards are taken with the shape of " in capsys.readouterr().out
+    assert flat["board"] == "as stated"
+    assert flat["rms_px"] > 3 * shaped["rms_px"]
+    # Corners are drawn with 0.05 px along each axis; six poses take some of it.
+    assert 0.04 < shaped["rms_px"] / np.sqrt(2) < 0.06
+    unused = fitted["board_shape"]
+    for term in ("bend_x", "bend_y", "twist"):
+        unused[term]["used"] = False
+    (tmp_path / "flat.json").write_text(json.dumps(fitted))
+    as_there = scored("--board", tmp_path / "flat.json")
+    assert (as_there["rms_px"], as_there["board"]) == (flat["rms_px"], "as stated")
+
+
+def test_half_a_board_that_is_off_is_named_though_all_together_fit(calibrate):
+    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
+    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
+    printed, result = calibrate(boards, "--model", "zhang")
+    assert result["misfit"]["fits"]
+    assert result["misfit"]["odd_board"] == "4.png"
+    told = warnings_in(printed)
+    assert sum("4.png: does not fit as the other boards do" in one for one in told) == 1
+    assert all("its shape was not asked for" not in one for one in told)
+
+
+def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
+    printed, _ = calibrate(boards_of(PINHOLE, 4, 5, bend=4.0), "--model", "zhang")
+    (told,) = [one for one in warnings_in(printed) if "not fit" in one]
+    assert told.endswith(
+        "its shape was not asked for, which takes 6 boards and a formula"
+    )
+
+
+def test_frames_that_hardly_differ_are_told(calibrate):
+    """And what they share is not laid to the board, nor to another camera."""
+    boards = boards_of(PINHOLE, 6, 9)
+    rng = np.random.default_rng(5)
+    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
+    printed, _ = calibrate([*boards, *frames], "--model", "zhang")
+    (told,) = warnings_in(printed)
+    assert told.startswith(
+        "30 of 39 photographs show the board where another does, such as 9.png and "
+        "4.png: they say little more than one of them"
+    )
+
+
+def test_a_lens_that_focuses_anew_is_told(calibrate):
+    breaths = 0.008 * np.random.default_rng(8).normal(size=14)
+    boards = [
+        boards_of(
+            PerspectiveCamera(
+                K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]],
+                [-0.2, 0.05],
+                WIDTH,
+                HEIGHT,
+            ),
+            seed,
+            1,
+        )[0]
+        for seed, b in enumerate(breaths)
+    ]
+    printed, result = calibrate(boards, "--model", "zhang")
+    (told,) = warnings_in(printed)
+    found = result["stability"]
+    assert found["stable"] is False
+    assert found["same_camera"] is True
+    sd = found["focal_lengths"]["sd"]
+    assert sd == pytest.approx(np.std(breaths), rel=0.35)
+    assert told.startswith("boards do not ask for one focal length: ")
+    assert f"scatter by {100 * sd:.2g} % (SD) beyond" in told
+
+
+def test_a_misprinted_row_is_told(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10, row=0.4), "--model", "zhang")
+    found = result["board_corners"]
+    assert found["as_stated"] is False
+    assert found["worst"] // COLUMNS == 2
+    (told,) = warnings_in(printed)
+    assert told.startswith("corners of the board do not lie where they are said to: ")
+    offset = np.linalg.norm(found["offsets"][found["worst"]])
+    assert f"and row 2, counted from 0, is {offset:.2g} +- " in told
+    assert "measure the board, or take one that is printed on a stiff plate" in told
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10), "--model", "zhang")
+    assert result["board_corners"]["as_stated"] is True
+    assert warnings_in(printed) == []
+    assert "made: corners of the board: nothing that all boards share says " in printed

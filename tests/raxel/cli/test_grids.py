@@ -1,0 +1,272 @@
+"""Active grids from the command line: rendered, decoded, calibrated, scored."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from raxel.cameras import load_camera
+from raxel.cli import main, parser
+from raxel.evaluation.benchmark import score_camera
+from raxel.multiview.views import plane_scale
+from raxel.report import check_report
+from raxel.sets import load_set, pattern_picture
+from tests.active_grids import drawn
+from tests.image_sets import write_drawn_set
+from tests.raxel.cli.test_cli_active_grid import recorded, refused
+
+ROOT = Path(__file__).parents[3]
+RIG = ROOT / "data/rigs/active-grid-demo.yaml"
+README = ROOT / "README.md"
+FITTED = 3
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory):
+    """The demonstration's monitor before a camera of half the size, in more poses; and
+    the folder of its points."""
+    folder = tmp_path_factory.mktemp("grids")
+    rig = yaml.safe_load(RIG.read_text("utf-8"))
+    camera, target, poses = rig["camera"], rig["target"], rig["poses"]
+    camera["K"]["value"] = [[310, 0, 160.5], [0, 310, 118.25], [0, 0, 1]]
+    camera["width"]["value"], camera["height"]["value"] = 320, 240
+    rig["optics"]["exit_pupil"]["value"] = 310
+    target["gray_bits"]["value"] = [4, 4]
+    target["phase_periods"]["value"] = [16, 16]
+    poses["count"]["value"], poses["evaluate"]["value"] = FITTED, 1
+    poses["tilt"]["value"] = [20, 25]  # few poses tell a focal length only if tilted
+    (folder / "rig.yaml").write_text(yaml.safe_dump(rig), "utf-8")
+    done = folder / "set", folder / "points"
+    order = ["render", folder / "rig.yaml", "--out", done[0], "--seed", 1]
+    assert main([*map(str, order)]) == 0
+    assert main(["decode", str(done[0]), "--out", str(done[1])]) == 0
+    return done
+
+
+def calibrated(image_set, out, *options):
+    """The JSON of a calibration whose camera goes to out / camera.npz."""
+    files = ["--out", out / "camera.npz", "--json", out / "result.json"]
+    assert main([*map(str, ["calibrate", image_set, *files, *options])]) == 0
+    return json.loads((out / "result.json").read_text())
+
+
+# rms over all pixels of the formula, and over those that the table has.
+@pytest.mark.parametrize(("model", "most_deg"), [("zhang", 6e-3), ("generic", 1e-2)])
+def test_the_rendered_camera_is_recovered(rendered, tmp_path, capsys, model, most_deg):
+    image_set, points = rendered
+    options = "--points", points, "--model", model
+    result = calibrated(image_set, tmp_path, *options)
+    printed = capsys.readouterr().out
+    assert f"set: {model}, fitted grids" in printed.replace("active-grid-demo", "set")
+    assert result["warnings"] == []
+    assert [grid["file"] for grid in result["grids"]] == [f"pose-00{k}" for k in "012"]
+    for image, grid in zip(result["images"], result["grids"], strict=True):
+        assert image["n_corners"] == grid["points"]
+        assert 900 < grid["points"] < 1600
+        # Of the monitor, what is 8 px or more from its rim: the blur reaches so far.
+        assert grid["pixels"] > 0.38 * 320 * 240
+    # Points are sure to about 0.03 px.
+    assert result["rms_px"] < 0.05
+    scores = tmp_path / "scores.json"
+    camera = load_camera(tmp_path / "camera.npz")
+    assert score_camera(load_set(image_set), camera)["rms_deg"] < most_deg
+    order = ["evaluate", tmp_path / "camera.npz", image_set, "--points", points]
+    assert main([*map(str, order), "--json", str(scores)]) == 0
+    evaluated = json.loads(scores.read_text())
+    assert [image["file"] for image in evaluated["images"]] == ["pose-003"]
+    assert evaluated["rms_px"] < 0.06
+    assert evaluated["misfit"]["fits"]
+
+
+def test_a_set_without_points_is_decoded_and_drawn(rendered, tmp_path):
+    image_set, points = rendered
+    options = "--model", "zhang"
+    then = calibrated(image_set, tmp_path, *options, "--points", points)
+    now = calibrated(image_set, tmp_path, *options, "--report", tmp_path / "report")
+    # What the response may do is small beside sigma, so nothing is said of it.
+    assert now.pop("warnings") == then.pop("warnings") == []
+    # Sums of the last digits may hang on where in memory arrays lie.
+    assert numbers(now) == pytest.approx(numbers(then), rel=1e-9, abs=1e-12)
+    assert worded(now) == worded(then)
+    page = (tmp_path / "report" / "index.html").read_text("utf-8")
+    assert "fitted grids" in page
+    assert "<th>Points</th>" in page
+    assert len(list((tmp_path / "report").glob("points-*.jpg"))) == FITTED
+    check_report(tmp_path / "report", load_set(image_set))  # the next one may follow
+
+
+def leaves(result, path=()):
+    """Yields (path, value) of all that a JSON result holds."""
+    parts = result.items() if isinstance(result, dict) else enumerate(result)
+    for name, part in parts:
+        if isinstance(part, dict | list):
+            yield from leaves(part, (*path, name))
+        else:
+            yield (*path, name), part
+
+
+def numbers(result):
+    return {path: x for path, x in leaves(result) if isinstance(x, float)}
+
+
+def worded(result):
+    return {path: x for path, x in leaves(result) if not isinstance(x, float)}
+
+
+@pytest.fixture
+def copied(rendered, tmp_path):
+    """The rendered set and its points, to be changed."""
+    return [
+        shutil.copytree(folder, tmp_path / folder.name, dirs_exist_ok=True)
+        for folder in rendered
+    ]
+
+
+def test_what_could_not_be_decoded_is_left_out_and_told(copied, tmp_path, capsys):
+    image_set, points = copied
+    (points / "pose-001.npz").unlink()
+    result = calibrated(image_set, tmp_path, "--points", points, "--model", "zhang")
+    assert [entry["file"] for entry in result["left_out"]] == ["pose-001"]
+    printed = capsys.readouterr().out
+    assert f"warning: pose-001: left out: {points} has no file for it" in printed
+    with np.load(points / "pose-002.npz") as found:
+        arrays = {**found, "mask": np.zeros((240, 320), bool)}
+    np.savez(points / "pose-002.npz", **arrays)
+    out = tmp_path / "other.npz"
+    order = ["calibrate", image_set, "--points", points, "--out", out]
+    told = refused(capsys, *order)
+    assert "grid decoded in 1 of 3 views, --model auto needs 3 (pose-001: " in told
+    assert "check exposure and order of the pictures" in told
+    assert not out.exists()
+
+
+def test_without_mm_lengths_are_in_pitches(copied, tmp_path, capsys):
+    image_set, points = copied
+    file = image_set / "set.yaml"
+    data = yaml.safe_load(file.read_text("utf-8"))
+    data["target"]["monitor_mm"] = None
+    file.write_text(yaml.safe_dump(data), "utf-8")
+    order = ["calibrate", image_set, "--points", points, "--out", tmp_path / "a.npz"]
+    assert "field 'points_px': missing" in refused(capsys, *order)
+    for file in points.glob("*.npz"):
+        with np.load(file) as found:
+            pitch = 304 / 1024
+            in_px = {f"{k}_px": found[f"{k}_mm"] / pitch for k in ("points", "sigma")}
+        np.savez(file, **in_px)
+    result = calibrated(image_set, tmp_path, "--model", "zhang", "--points", points)
+    assert result["unit"] == "pitch"
+    assert any("lengths are in pitches of the mon" in w for w in result["warnings"])
+    assert main(["check", str(image_set)]) == 0
+    assert "size in mm unknown (lengths come out in pitches" in capsys.readouterr().out
+
+
+def test_check_doubts_pixels_that_are_not_square(copied, capsys):
+    image_set, _ = copied
+    file = image_set / "set.yaml"
+    data = yaml.safe_load(file.read_text("utf-8"))
+    data["target"]["monitor_mm"] = [228, 304]
+    file.write_text(yaml.safe_dump(data), "utf-8")
+    assert main(["check", str(image_set)]) == 0
+    told = "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
+    assert f"228 x 304 mm; {told}" in capsys.readouterr().out
+    out = image_set.parent / "doubted"
+    assert main(["decode", str(image_set), "--out", str(out)]) == 0
+    assert f"warning: {told}" in capsys.readouterr().out
+
+
+def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
+    image_set, points = copied
+    order = "calibrate", image_set, "--out", tmp_path / "camera.npz", "--points"
+    assert "no such folder; give one that" in refused(capsys, *order, tmp_path / "no")
+    told = refused(
+        capsys, *order[:2], "--out", points / "pose-000.npz", *order[4:], points
+    )
+    assert "the command reads this file" in told
+    order = *order, points
+    (points / "decoded.json").write_text('{"set": "another"}')
+    assert "set: found 'another'" in refused(capsys, *order)
+    (points / "decoded.json").unlink()
+    with np.load(points / "pose-000.npz") as found:
+        arrays = dict(found)
+    for name, wrong, said in (
+        ("mask", np.ones((240, 320)), "mask: found float64; give truth values"),
+        ("sigma_mm", np.ones((240, 320)), "sigma_mm: shape (240, 320); give (240, 320"),
+    ):
+        np.savez(points / "pose-000.npz", **{**arrays, name: wrong})
+        assert f"pose-000.npz: {said}" in refused(capsys, *order)
+    assert not (tmp_path / "camera.npz").exists()
+
+
+def test_options_of_the_other_target_are_refused(rendered, tmp_path, capsys):
+    order = "calibrate", rendered[0], "--out", tmp_path / "camera.npz"
+    for option in (("--corners", "corners.json"), ("--detector", "opencv")):
+        told = refused(capsys, *order, *option)
+        assert told.endswith(
+            "whose target is an active grid; leave it out, or give --points"
+        )
+    write_drawn_set(tmp_path / "boards")
+    order = "calibrate", tmp_path / "boards", "--out", tmp_path / "camera.npz"
+    told = refused(capsys, *order, "--points", rendered[1])
+    assert told.endswith(
+        "whose target is a chessboard; leave it out, or give --corners"
+    )
+    told = refused(capsys, "corners", rendered[0])
+    assert "raxel decode finds the points of an active grid" in told
+
+
+def test_the_readme_gives_orders_that_can_be_carried_out():
+    section = README.read_text("utf-8").split("## A monitor as target\n")[1]
+    orders = re.findall(r"(?m)^\$ raxel (.+)$", section.split("\n## ")[0])
+    assert [order.split()[0] for order in orders] == [
+        "patterns", "check", "decode", "calibrate", "evaluate", "undistort",
+    ]  # fmt: skip
+    read = [parser().parse_args(order.split()) for order in orders]
+    _, _, decoded, calibrated, evaluated, undistorted = read
+    assert calibrated.points == evaluated.points == decoded.out
+    assert evaluated.camera == undistorted.camera == calibrated.out
+    assert {one.set for one in read[1:]} == {"my-monitor"}
+
+
+def test_pictures_are_laid_out_on_a_grids_plane_without_a_camera(tmp_path, capsys):
+    scene = drawn(vignetting=0.0)
+    folder = recorded(tmp_path / "set", scene)
+    points, out = tmp_path / "points", tmp_path / "plane"
+    assert main(["decode", str(folder), "--out", str(points)]) == 0
+    order = ["undistort", points / "pose.npz", folder, "--out", out]
+    assert main([*map(str, order)]) == 0
+    assert "the grid's points cover" in capsys.readouterr().out
+    with np.load(points / "pose.npz") as found:
+        _, mm_per_px = plane_scale(found["points_mm"], found["mask"])
+    finest = "x", 2, False
+    (code,) = (p for p in scene.patterns if (p.axis, p.bit, p.inverse) == finest)
+    shown = cv2.imread(str(out / code.image), -1)
+    places = (np.arange(shown.shape[1]) + 0.5) * mm_per_px / 1.5
+    sent = pattern_picture(code, scene.grid.monitor_px)[0, places.astype(int)]
+    # Two pixels from the edges of stripes and the rim; every row is the same.
+    apart = np.abs(places / 25 - np.rint(places / 25)) * 25 * 1.5 > 2 * mm_per_px
+    rows, columns = slice(10, -10), apart & (places > 15) & (places < 180)
+    assert columns.sum() > 50
+    for value, grey in ((255, 200), (0, 30)):
+        stripes = shown[rows, columns & (sent == value)].astype(int)
+        assert np.abs(stripes - grey).max() <= 2
+
+
+def test_a_file_of_points_from_elsewhere_lays_nothing_out(tmp_path, capsys):
+    folder = recorded(tmp_path / "set", drawn())
+    path = tmp_path / "points.npz"
+    order = "undistort", path, folder, "--out", tmp_path / "out"
+    for points, told in (
+        (np.zeros((9, 9, 2)), "points_mm: shape (9, 9, 2); give (120, 160, 2)"),
+        (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09; no monitor is so large"),
+        (np.zeros((120, 160, 2)), "no two neighbouring pixels see different places"),
+        (-np.indices((120, 160)).T.swapaxes(0, 1), "all of it is left of the grid"),
+    ):
+        np.savez(path, points_mm=points)
+        line = refused(capsys, *order)
+        assert f"points.npz: {told}" in line.replace("location: ", "")
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,140 @@
+"""Corners of a board that is not as stated: found where they are, and only then."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardShape
+from raxel.evaluation.board_corners import SURE, _displacements, board_corners
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.misfit import correction_fields, seen_on, without_turns
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import cross_matrix
+from tests.board_scenes import BOARD, COLUMNS, ROWS
+from tests.raxel.evaluation.test_split_half import CAMERA, COUNT, SIZE, views_of
+
+HALF = np.ptp(BOARD, axis=0) / 2
+X, Y = ((BOARD - BOARD.mean(axis=0)) / HALF).T
+
+
+def found_in(views, shape=None):
+    return board_corners(
+        CAMERA, evaluate_camera(CAMERA, views, shape).images, views, shape
+    )
+
+
+def seen(offsets, seed, noise=0.1):
+    solid = on_plane(BOARD) + offsets
+    return views_of(COUNT * [CAMERA], seed, noise=noise, solid=solid)
+
+
+def off_px(camera, views):
+    """RMS over the pixels under boards between where a camera and CAMERA see rays,
+    after the best rotation."""
+    scores = evaluate_camera(camera, views).images
+    fields = correction_fields(camera, list(zip(scores, views, strict=True)))
+    seen = np.any([seen_on(view, camera, fields.pixels) for view in views], axis=0)
+    pixels, turns = fields.pixels[seen], fields.turns[seen]
+    moved = CAMERA.project(camera.rays(pixels).directions).pixels - pixels
+    return rms(without_turns(turns, moved[..., None])[..., 0])
+
+
+def told(offsets):
+    """Of displacements (K, 3), what is no motion, no scale and no modelled shape."""
+    solid = on_plane(BOARD - BOARD.mean(axis=0))
+    moved = [np.broadcast_to(np.eye(3), (len(BOARD), 3, 3)), -cross_matrix(solid)]
+    absorbed, _, _ = _displacements(views_of([CAMERA], 0, poses=np.eye(4)[None])[0])
+    free = np.concatenate([*moved, solid[..., None], absorbed], axis=2)
+    free = free.reshape(offsets.size, -1)
+    share = np.linalg.lstsq(free, offsets.ravel())[0]
+    return offsets - (free @ share).reshape(offsets.shape)
+
+
+ALONG, OUT = np.eye(3)[0], np.eye(3)[2]
+FORMS = {
+    "wave": 0.5 * np.sin(np.pi * X)[:, None] * OUT,
+    "misprinted row": 0.3 * (BOARD[:, 1] == 36.0)[:, None] * ALONG,
+    "sheared print": 0.3 * Y[:, None] * ALONG,
+    "lens of the printer": 0.3 * (X**3)[:, None] * ALONG,
+}
+
+
+def rms(offsets):
+    return np.sqrt(np.mean(np.sum(offsets**2, axis=1)))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_corners_are_found_where_they_are(form):
+    found, true = found_in(seen(FORMS[form], 21)), told(FORMS[form])
+    assert not found.as_stated
+    assert found.p_value < 1e-9
+    # Of a row most is beyond the smoothest polynomials.
+    assert rms(told(found.offsets) - true) < (0.4 if "row" in form else 0.1) * rms(true)
+    assert found.columns == COLUMNS
+    length, sd = found.distance
+    assert length == pytest.approx(np.linalg.norm(found.offsets, axis=1).max())
+    assert 0.002 < sd < 0.03
+
+
+def test_a_lens_is_pulled_by_as_much_as_is_said():
+    """Of two radial terms, by a board that they can follow."""
+    views = seen(2 * FORMS["wave"], 22, noise=0.02)
+    camera = calibrate_zhang(views, *SIZE).camera
+    found = board_corners(camera, evaluate_camera(camera, views).images, views)
+    assert found.rays_px == pytest.approx(off_px(camera, views), rel=0.3)
+
+
+def test_corners_that_are_off_in_all_photographs_are_the_boards():
+    """However far: they count as wrong in none."""
+    offsets = FLAT.copy()
+    offsets[43] = [1.0, -0.5, 0.0]
+    found = found_in(seen(offsets, 34))
+    assert found.worst == 43
+    assert not found.as_stated
+
+
+FLAT = np.zeros((len(BOARD), 3))
+
+
+def test_a_sound_board_shows_nothing():
+    """With noise, with none, and bent as a fit may take it to be."""
+    shape = BoardShape(BOARD.mean(axis=0), HALF, np.array([0.5, 0.1, -0.4, 0.004]))
+    bent = shape.points(BOARD) - on_plane(BOARD)
+    sound = seen(FLAT, 24), seen(FLAT, 25), seen(FLAT, 30, noise=0.0), seen(bent, 31)
+    assert min(found_in(views).p_value for views in sound) > 100 * SURE
+    assert found_in(seen(bent, 31), shape).p_value > 100 * SURE
+
+
+def test_corners_that_err_together_are_no_board():
+    """Each board is off by cubics of its own, as large as single corners' noise."""
+    rng = np.random.default_rng(23)
+    shapes = np.stack([X**2, X * Y, Y**2, X**3, Y**3], axis=1)
+    views = [
+        view._replace(pixels=view.pixels + shapes @ rng.normal(size=(5, 2)) / 5)
+        for view in seen(FLAT, 24)
+    ]
+    assert found_in(views).p_value > 100 * SURE
+
+
+def test_where_it_cannot_be_told_nothing_is_said():
+    views = seen(FORMS["wave"], 33)
+    assert found_in(views[:5]) is None
+    turned = views[0]._replace(columns=ROWS, rows=COLUMNS)
+    assert (
+        board_corners(
+            CAMERA, evaluate_camera(CAMERA, views).images, [turned, *views[1:]]
+        )
+        is None
+    )
+
+
+def test_displacements_are_none_that_a_pose_or_a_scale_makes():
+    view = views_of([CAMERA], 0, poses=np.eye(4)[None])[0]
+    absorbed, modes, degree = _displacements(view)
+    flat = modes.reshape(-1, len(degree))
+    assert np.sqrt(np.mean(np.sum(modes**2, axis=1), axis=0)) == pytest.approx(1)
+    solid = on_plane(BOARD - BOARD.mean(axis=0))
+    moves = [np.broadcast_to(np.eye(3), (len(BOARD), 3, 3)), -cross_matrix(solid)]
+    whole = np.concatenate([*moves, solid[..., None], absorbed, modes], axis=2)
+    size = np.linalg.svd(whole.reshape(len(flat), -1), compute_uv=False)
+    assert size[-1] > 1e-3 * size[0]

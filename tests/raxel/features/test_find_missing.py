@@ -1,0 +1,180 @@
+"""Boards that lack corners, lattices that run away, and what refusals say."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features import find_board
+from raxel.features.boards import detect_boards, read_boards, write_boards
+from raxel.features.chessboard.grids import Grid, holed, nearly_complete
+from raxel.features.chessboard.verdict import judged
+from raxel.features.detector import Detection
+from raxel.features.lattice import (
+    lattice_fault,
+    misfit,
+    orders,
+    standard_order,
+    symmetries,
+)
+from raxel.sets import load_set
+from tests.chessboards import Board, facing
+from tests.image_sets import COLUMNS, ROWS, write_drawn_set
+from tests.raxel.features.test_find import drawn, seen
+
+INNER, ON_SIDE = 22, 4  # of the 9 x 6 corners of `drawn("straight")`
+
+
+def covered(board, *numbers, size=13):
+    """The picture with a grey disc on some corners."""
+    image = seen(board)
+    for u, v in np.rint(board.corners()[list(numbers)]).astype(int).tolist():
+        cv2.circle(image, (u, v), size, 128, -1)
+    return image
+
+
+@pytest.mark.parametrize("number", [INNER, ON_SIDE, 0])
+def test_a_board_with_a_covered_corner_is_returned_without_it(number):
+    board = drawn("straight")
+    found = find_board(covered(board, number), 9, 6)
+    assert found.found, found.reason
+    assert found.missing == 1
+    truth = board.corners()
+    lacks = np.isnan(found.corners[:, 0])
+    # Of the two orders that keep the first cell's colour, the one that is meant.
+    order = min(
+        (o for o, size in symmetries(truth, 9, 6) if size == (9, 6)),
+        key=lambda o: np.nansum(np.abs(o - found.corners)),
+    )
+    assert np.array_equal(order[lacks], truth[[number]])
+    assert np.linalg.norm(order - found.corners, axis=1)[~lacks].max() < 0.2
+    assert np.array_equal(np.isnan(found.sd), lacks)
+
+
+def test_without_a_size_a_hole_is_borne_and_a_broken_side_is_not():
+    board = drawn("straight")
+    found = find_board(covered(board, INNER))
+    assert (found.columns, found.rows, found.missing) == (9, 6, 1)
+    found = find_board(covered(board, ON_SIDE))
+    assert not found.found
+    place = r"\((\d+), (\d+)\)"
+    told = re.fullmatch(
+        rf"53 of 54 corners of a lattice of 9 x 6 are seen \(missing near {place}\); "
+        "1 of 9 corners of row 1 from its top is missing, and where the size is not "
+        "given every side must be whole; give columns and rows",
+        found.reason,
+    )
+    assert np.abs(np.array(told.groups(), float) - board.corners()[ON_SIDE]).max() < 2
+
+
+@pytest.mark.parametrize(("gone", "whole"), [(3, True), (4, False)])
+def test_just_a_third_of_a_row_may_be_missing(gone, whole):
+    points = drawn("straight").corners().reshape(6, 9, 2)
+    points[2, :gone] = np.nan
+    assert nearly_complete(grid(points)) == whole
+
+
+def test_a_side_of_which_half_is_covered_is_no_side():
+    board = drawn("straight")
+    image = covered(board, 0, 1, 2, 3)
+    refusal = find_board(image, 9, 6)
+    assert not refusal.found
+    rule = "4 of 9 corners of row 1 from its top are missing, and a third of a row or"
+    assert rule in refusal.reason
+    turned = find_board(np.ascontiguousarray(image.T), 9, 6)
+    assert "4 of 9 corners of column 1 from its left side" in turned.reason
+    assert not find_board(image, 9, 5).found
+
+
+@pytest.mark.parametrize("columns", [4, 9])
+def test_a_strip_of_squares_is_refused(columns):
+    board = Board(columns, 1, facing(columns, 1, 40))
+    for size in ((None, None), (columns, 3)):
+        found = find_board(seen(board), *size)
+        assert not found.found
+        assert "too small to be sure of" in found.reason or "no lattice" in found.reason
+
+
+def grid(points, sd=0.05, misfit=0.1):
+    ones = np.ones(points.shape[:2])
+    return Grid(points, sd * ones, misfit * ones, ones, ones)
+
+
+def test_a_corner_that_cannot_be_placed_is_missing_or_named():
+    board = drawn("straight")
+    points = board.corners().reshape(6, 9, 2)
+    unsure = grid(points)
+    unsure.sd[2, 4] = np.inf
+    verdict = judged(unsure, board.image(), told=True)
+    assert not verdict.fault
+    assert np.argwhere(~verdict.sure.known).tolist() == [[2, 4]]
+    unsure.sd[:2, :] = np.inf
+    u, v = points[0, 0]
+    fault = judged(unsure, board.image(), told=True).fault
+    assert fault.startswith(
+        "19 of 54 corners are not to be placed: something covers a part, the edge of a "
+        "shadow or of a reflection crosses it, or blur has mixed its edges (near "
+        f"({u:.0f}, {v:.0f})"
+    )
+    unsure.sd[:3, :] = 0.41
+    unsure.sd[2, 4] = 0.05
+    fault = judged(unsure, board.image(), told=True).fault
+    assert "26 of 54 corners are uncertain by up to 0.41 px, where 0.33 px is" in fault
+    assert "inf" not in fault
+
+
+def test_the_limit_of_nearness_is_named():
+    board = Board(9, 6, facing(9, 6, 6))
+    fault = judged(
+        grid(board.corners().reshape(6, 9, 2)), board.image(), told=True
+    ).fault
+    assert fault.startswith("corners lie 6.0 px apart; below 7.5 px")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_lattice_with_holes_is_ordered_as_the_whole_one(seed):
+    rng = np.random.default_rng(seed)
+    board = drawn("bent" if seed % 2 else "turned")
+    size, image = (board.columns, board.rows), board.image()
+    whole = board.corners()
+    holes = whole.copy()
+    holes[rng.choice(len(whole), 6, replace=False)] = np.nan
+    for index, order_size in orders(*size):
+        if order_size == size:
+            straight = index[standard_order(whole[index], *size, image)]
+            with_holes = index[standard_order(holes[index], *size, image)]
+            assert np.array_equal(straight, with_holes)
+    assert lattice_fault(holes, *size, image) == ""
+    known = np.isfinite(misfit(holes, *size)[0])
+    apart = misfit(holes, *size)[1] - whole
+    assert known.any()
+    assert np.linalg.norm(apart[known], axis=1).max() < 3.0
+
+
+def test_missing_corners_survive_the_disk(tmp_path):
+    drawn_set = write_drawn_set(tmp_path / "set")
+    image_set = load_set(tmp_path / "set")
+    corners = drawn_set[0].corners()
+    corners[3] = np.nan
+    sd = np.where(np.isnan(corners[:, 0]), np.nan, 0.1)
+    board = detect_boards(image_set, views=image_set.views[:1])[0]._replace(
+        detection=Detection(True, corners, COLUMNS, ROWS, sd=sd)
+    )
+    write_boards(tmp_path / "corners.json", image_set, "raxel", [board])
+    again = read_boards(tmp_path / "corners.json", image_set)[0].detection
+    assert again.missing == 1
+    np.testing.assert_allclose(again.corners, corners, atol=1e-6)
+    assert np.array_equal(np.isnan(again.sd), np.isnan(sd))
+
+
+def test_a_hole_has_neither_place_nor_deviation_and_the_rest_stays():
+    full = [np.random.default_rng(k).random((4, 5)) for k in range(len(Grid._fields))]
+    full[Grid._fields.index("points")] = np.dstack(full[:2])
+    grid, gone = Grid(*full), np.zeros((4, 5), bool)
+    gone[1, 2] = gone[3, 4] = True
+    left = holed(grid, gone)
+    for before, after in zip(grid, left, strict=True):
+        assert np.isnan(after[gone]).all()
+        np.testing.assert_array_equal(after[~gone], before[~gone])
+        assert not np.isnan(before).any()

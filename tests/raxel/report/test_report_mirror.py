@@ -1,0 +1,62 @@
+"""The report of a mirror set: residuals and heights stand at their own places."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.bundle import bundle_stages
+from raxel.cameras import SplineMirrorCamera
+from raxel.report.canvas import Canvas
+from raxel.report.mirror import _counted, _shown_heights, heights
+from tests.mirror_scenes import spline_camera
+from tests.raxel.calibration.test_bundle_stages import noisy, own_space, shaken
+
+
+def test_residuals_of_a_board_seen_in_part_stand_at_its_corners():
+    """Some corners are not found, others lie beyond the knots: neither has one."""
+    cameras, clamp, views = own_space()
+    starts, T = shaken(cameras)
+    views = noisy(views, 2)
+    pixels = views[2].view.pixels.copy()
+    seen = np.flatnonzero(np.isfinite(pixels[:, 0]))
+    pixels[seen[3]] = [2.0, 2.0]
+    views[2] = views[2]._replace(view=views[2].view._replace(pixels=pixels))
+    found = bundle_stages(starts, views, T, clamp=clamp)
+    kept = pixels[np.delete(seen, 3)]
+    assert 50 < len(kept) < len(pixels)
+    assert len(found.residuals[2]) == len(kept)
+    np.testing.assert_array_equal(_counted(found.cameras[1], pixels), kept)
+
+
+@pytest.fixture(scope="module")
+def stages():
+    """A flat mirror, the same one hundredth of the way nearer, and a bent one."""
+    first = spline_camera(deflection=0.0)
+    nearer = SplineMirrorCamera.on_grid(
+        first.viewer, first.grid, first.coefficients.ravel("F") / 0.99
+    )
+    return SimpleNamespace(cameras=[first, nearer, spline_camera(deflection=10.0)])
+
+
+def test_heights_are_those_over_the_first_mirror_towards_the_viewer(stages):
+    first = stages.cameras[0]
+    middle = np.array([[first.width / 2, first.height / 2]])
+    pixels = middle + np.random.default_rng(0).uniform(-200, 200, (200, 2))
+    S = first.rays(pixels).origins
+    normal = np.linalg.svd(S - S.mean(axis=0))[2][2]
+    np.testing.assert_allclose(heights(stages, 0, pixels), 0, atol=1e-6)
+    found = heights(stages, 1, pixels)
+    np.testing.assert_allclose(found, 0.01 * np.abs(S @ normal), rtol=1e-3)
+
+
+def test_the_picture_of_a_shape_shows_heights_where_they_are(stages):
+    canvas = Canvas(stages.cameras[0].width, stages.cameras[0].height)
+    shown = _shown_heights(canvas, stages, 2)
+    y, x = np.nonzero(np.isfinite(shown))
+    some = np.random.default_rng(1).choice(len(x), 500)
+    y, x = y[some], x[some]
+    # Half a pixel of the picture would be 0.008 mm.
+    pixels = (np.column_stack([x, y]) + 0.5) / canvas.scale - 0.5
+    off = heights(stages, 2, pixels) - shown[y, x]
+    assert np.nanmax(np.abs(off)) < 5e-4

@@ -1,0 +1,87 @@
+"""A figure or table may show printed numbers beside its results; nothing else can."""
+
+import csv
+import inspect
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from repro.judge.ledger import LedgerError, load
+from repro.page import draw
+from repro.run import discover, jobs, marks
+from repro.workflow.keys import CodeKeys
+from repro.workflow.work import Work
+
+ROOT = Path(__file__).resolve().parents[3]
+CHAPTER = """
+from repro.run.marks import table
+from repro.run.outcomes import Table
+
+
+@table("ext_beside", evidence="analytic", published=("NAME",))
+def ext_beside(results, published):
+    return Table({"printed": list(published.values())}, "Beside.")
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A checkout with the ledger and one table that asks for a printed number."""
+
+    def made(name):
+        path = tmp_path / "chapters" / "ch09_try" / "s9_beside" / "page.py"
+        path.parent.mkdir(parents=True)
+        path.write_text(CHAPTER.replace("NAME", name))
+        ledger = tmp_path / "data" / "published"
+        ledger.mkdir(parents=True)
+        for file in (ROOT / "data" / "published").glob("*.yaml"):
+            (ledger / file.name).write_bytes(file.read_bytes())
+        return tmp_path
+
+    return made
+
+
+def filled(root, monkeypatch):
+    names = {}
+    (found,) = discover.producers(root)
+    source = (root / "chapters" / found.path).read_text()
+    exec(compile(source, found.path, "exec"), names)
+    monkeypatch.setattr(jobs, "function_of", lambda found: names[found.function])
+    out = root / "ext_beside.json"
+    draw.draw(root, "table", "ext_beside", root, out)
+    with out.with_suffix(".csv").open(newline="") as file:
+        return list(csv.reader(file))
+
+
+def test_a_table_is_filled_with_the_printed_numbers_that_it_names(
+    checkout, monkeypatch
+):
+    rows = filled(checkout("s3_3_1_noise_fail"), monkeypatch)
+    assert rows == [["printed"], ["26"]]
+
+
+def test_what_is_no_number_of_the_ledger_is_refused(checkout, monkeypatch):
+    with pytest.raises(LedgerError, match="s3_3_1_noise_fial: published: no number"):
+        filled(checkout("s3_3_1_noise_fial"), monkeypatch)
+
+
+def test_another_printed_value_fills_the_table_again(checkout):
+    root = checkout("s3_3_1_noise_fail")
+    wildcards = SimpleNamespace(artefact="ext_beside")
+    key = CodeKeys(Work(root, "full", None, {})).table(wildcards)
+    numbers = root / "data" / "published" / "numbers.yaml"
+    numbers.write_text(numbers.read_text().replace("  value: 26\n", "  value: 27\n"))
+    assert CodeKeys(Work(root, "full", None, {})).table(wildcards) != key
+
+
+@pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])
+def test_what_computes_or_judges_cannot_ask_for_printed_numbers(kind):
+    assert "published" not in inspect.signature(getattr(marks, kind)).parameters
+
+
+def test_printed_numbers_go_to_figures_and_tables_alone():
+    for found in discover.producers(ROOT):
+        if found.published:
+            assert found.kind in ("figure", "table"), found.id
+            load(ROOT).printed(found.published)

@@ -1,0 +1,158 @@
+"""A claim's test is not altered in silence: `changed` says how, or a check fails."""
+
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+from repro.judge.ledger import FOLDER, LedgerError
+from repro.run import recorded
+
+ROOT = Path(__file__).resolve().parents[3]
+JUDGE = "chapters/ch01_one/s1_page/claims.py"
+FILES = {
+    "chapters/ch01_one/s1_page/page.py": "",
+    "chapters/ch01_one/s1_page/results.py": "BOUND = 2\n",
+    JUDGE: """
+        from chapters.ch01_one.s1_page.results import BOUND
+        from repro.judge.statistics import median_interval
+        from repro.run.marks import claim
+        from repro.run.outcomes import Reading
+
+        @claim("c1_low", needs=("sweep",), evidence="synthetic", readings=("noise",))
+        def judge_low(results, options):
+            "The test."
+            return Reading.of(median_interval(results["sweep"]).below(BOUND), 1)
+        """,
+    "lib/repro/judge/statistics.py": "def median_interval(x):\n    return x\n",
+    "data/published/claims.yaml": """
+        claims:
+        - id: c1_low
+          test: The error is
+            low.
+          changed: The bound was 3.
+        - id: c1_unjudged
+          test: Of a chapter that is not built.
+        """,
+    "data/published/settings.yaml": """
+        readings:
+        - id: noise
+          options: [px, mm]
+          primary: px
+        """,
+    "data/published/recorded.yaml": "recorded: []\n",
+}
+CLAIMS = "data/published/claims.yaml"
+SETTINGS = "data/published/settings.yaml"
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    for name, text in FILES.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(dedent(text))
+    return tmp_path
+
+
+def replace(checkout, name, old, new):
+    text = (checkout / name).read_text()
+    assert old in text
+    (checkout / name).write_text(text.replace(old, new))
+
+
+def test_no_test_of_a_claim_was_altered_in_silence():
+    assert recorded.faults(ROOT) == []
+
+
+def test_every_judged_claim_of_the_thesis_can_be_recorded():
+    now = recorded.tests_now(ROOT)
+    assert {"c2_crossover", "c4_sd_smaller"} <= now.keys()
+    assert len({one["judge"] for one in now.values()}) > 100
+
+
+def test_a_file_without_entries_has_no_faults_and_is_written_freely(checkout):
+    assert recorded.faults(checkout) == []
+    assert recorded.record(checkout) == []
+    assert list(recorded.recorded(checkout)) == ["c1_low"]
+    assert recorded.faults(checkout) == []
+
+
+ALTERED = {
+    "its text": (CLAIMS, "low.\n", "lower.\n"),
+    "its readings": (SETTINGS, "primary: px", "primary: mm"),
+    "its judge": ("chapters/ch01_one/s1_page/results.py", "2", "3"),
+}
+
+
+SAID = {
+    "of one claim": ("was 3.", "was 3. Then it was altered again."),
+    "of all claims": (
+        "claims:",
+        "rewritten: Names, with every outcome the same.\nclaims:",
+    ),
+}
+
+
+@pytest.mark.parametrize("said", SAID)
+@pytest.mark.parametrize("part", ALTERED)
+def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
+    checkout, part, said
+):
+    recorded.record(checkout)
+    before = (checkout / FOLDER / recorded.NAME).read_text()
+    replace(checkout, *ALTERED[part])
+    line = f"claims.yaml: c1_low: its test changed ({part}), and `changed` did not; "
+    (found,) = recorded.faults(checkout)
+    assert found.startswith(line)
+    assert recorded.record(checkout) == [found]
+    assert (checkout / FOLDER / recorded.NAME).read_text() == before
+
+    replace(checkout, CLAIMS, *SAID[said])
+    (found,) = recorded.faults(checkout)
+    assert found.endswith("`changed` is another; run make recorded")
+    assert recorded.record(checkout) == []
+    assert recorded.faults(checkout) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        (JUDGE, "The test.", "What is asked."),
+        (CLAIMS, "The error is\n", "The error\n"),
+        (SETTINGS, "[px, mm]", "[mm, px]"),
+        ("lib/repro/judge/statistics.py", "return x", "return x + 1"),
+    ],
+)
+def test_what_alters_no_test_asks_for_nothing(checkout, name, old, new):
+    recorded.record(checkout)
+    if name == CLAIMS:
+        replace(checkout, CLAIMS, "    low.", "    is low.")
+    replace(checkout, name, old, new)
+    assert recorded.faults(checkout) == []
+
+
+def test_a_module_of_the_library_may_move(checkout):
+    recorded.record(checkout)
+    replace(checkout, JUDGE, "repro.judge.statistics", "repro.judge.medians")
+    assert recorded.faults(checkout) == []
+
+
+def test_a_claim_without_entry_and_an_entry_without_claim_are_named(checkout):
+    recorded.record(checkout)
+    replace(checkout, JUDGE, "c1_low", "c1_unjudged")
+    assert [line.split(";")[0] for line in recorded.faults(checkout)] == [
+        "recorded.yaml: c1_low: nothing judges it",
+        "recorded.yaml: c1_unjudged: no entry",
+    ]
+    assert recorded.record(checkout) == []
+    assert list(recorded.recorded(checkout)) == ["c1_unjudged"]
+
+
+def test_a_damaged_file_is_one_line(checkout):
+    (checkout / FOLDER / recorded.NAME).write_text("recorded: [{id: c1_low}]\n")
+    with pytest.raises(LedgerError, match=r"^recorded.yaml: recorded.c1_low.test: key"):
+        recorded.faults(checkout)
+    (checkout / FOLDER / recorded.NAME).unlink()
+    with pytest.raises(LedgerError, match="bring it back from git"):
+        recorded.faults(checkout)

@@ -1,0 +1,71 @@
+"""Answers to exercises: right, wrong, and what a wrong one is told."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from repro.page import exercise
+from tests.exercise_answers import misjudged
+
+ROOT = Path(__file__).resolve().parents[3]
+# Those of image sets need results: `tests/test_report.py` has built them.
+PAGES = [
+    path.parent.relative_to(ROOT / "chapters").as_posix()
+    for path in sorted(ROOT.glob("chapters/*/*/exercises.py"))
+    if "photographs" not in path.parts
+]
+
+
+def test_exercises_know_right_from_wrong():
+    def expected():
+        return np.array([1.0, 2.0, 3.0])
+
+    assert exercise.check(None, expected).right is None
+    assert exercise.check([1.0, 2.0, 3.0005], expected).right is True
+    wrong = exercise.check([1.0, 2.0, 3.5], expected, hint="look at z")
+    assert wrong.right is False
+    assert wrong.text == "The largest error is 0.5. Hint: look at z"
+    slip = exercise.check(
+        [-1.0, -2.0, -3.0], expected, slips={"Mind the sign.": lambda: -expected()}
+    )
+    assert slip.text == "Mind the sign."
+    assert "shape is (2,)" in exercise.check([1.0, 2.0], expected).text
+    assert "not str" in exercise.check("one", expected).text
+    assert exercise.check(3, lambda: 2).text == "Too large."
+    assert exercise.check(2, lambda: 2).right is True
+    assert exercise.check("  Negated  Moment", lambda: "negated moment").right is True
+    assert "3.0" not in wrong.text
+
+
+def test_a_right_answer_may_be_a_fraction_a_column_or_rounded():
+    def expected():
+        return np.array([0.5, -2.0])
+
+    for right in ([Fraction(1, 2), -2], [[0.5], [-2]], (0.495, -1.99)):
+        assert exercise.check(right, expected).right is True
+    for wrong in (["0.5", "-2"], [0.5, None], [[1], [2, 3]], [np.nan, -2], [0.5, -2.1]):
+        assert exercise.check(wrong, expected).right is False
+    assert exercise.check(np.int64(60), lambda: 60.0).right is True
+    assert exercise.check(60.5, lambda: 60.0).right is True
+    assert exercise.check("60", lambda: 60.0).right is False
+    assert exercise.check(60.5, lambda: 60).right is False
+
+
+def test_a_vector_up_to_a_factor_may_have_any_length_and_sign():
+    def line():
+        return np.array([3.0, 4.0, 0.0])
+
+    def told(answer, **options):
+        return exercise.check(answer, line, up_to_factor=True, **options)
+
+    assert told([-6, -8, 0]).right is told([0.3, 0.4, 0]).right is True
+    assert told([3, -4, 0]).right is told([0, 0, 0]).right is False
+    slip = {"The second is negative.": lambda: line() * [1, -1, 1]}
+    assert told([-9, 12, 0], slips=slip).text == "The second is negative."
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_exercise_takes_what_a_right_student_answers(page):
+    assert misjudged(ROOT, page) == []

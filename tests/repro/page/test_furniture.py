@@ -1,0 +1,135 @@
+"""What stands below an artefact: the original in words, source, logs, how to cite."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from nbformat import v4
+
+from repro.judge.ledger import LedgerError
+from repro.page.furniture import Furnisher, in_words
+from repro.page.reader import mark
+from repro.page.templates import part
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def furnisher(tmp_path):
+    """Furniture of a page of a checkout with two artefacts, one of an image set."""
+    shutil.copytree(ROOT / "data" / "published", tmp_path / "data" / "published")
+    shutil.copy(ROOT / "CITATION.cff", tmp_path)
+    results = tmp_path / "figures" / "full" / "results"
+    results.mkdir(parents=True)
+    about = {"source": ["ch02_x/s5_page/figures.py", "draw"]}
+    of_all = {"sweep": {name: f"sweep@{name}" for name in ("my-set", "other")}}
+    for name, read in (
+        ("fig_2_6", {"sweep": "sweep"}),
+        ("ext_corners@my-set", {"sweep": "sweep@my-set"}),
+        ("ext_all", of_all),
+    ):
+        described = json.dumps(about | {"results": read})
+        (results.parent / f"{name}.json").write_text(described)
+    for name in ("sweep", "sweep@my-set", "sweep@other"):
+        (results / f"{name}.json").write_text("{}")
+        (results / f"{name}.run.json").write_text('{"seconds": 70.2}')
+    return Furnisher(tmp_path, "full", "ch02_x/s5_page")
+
+
+def test_the_original_is_told_in_words(furnisher):
+    block = furnisher.block("fig_2_6")
+    assert "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)" in block
+    assert "x: translation; y: translation; series: standard perspective" in block
+    assert "step (mm): 25" in block
+    assert 'href="../source/ch02_x/s5_page/figures.py.html#draw"' in block
+    assert 'href="../logs/sweep.json"' in block
+    assert "note = {Fig. 2.6}" in block
+    assert "Dunne, Aubrey K." in block
+    assert "\n\n" not in block
+
+
+def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
+    block = furnisher.block("ext_corners@my-set")
+    assert "In the thesis" not in block
+    assert 'href="../logs/sweep@my-set.json" title="log of sweep">log</a>' in block
+    assert "comparison" not in block
+    assert "version 0.1.0, ext_corners." in block
+
+
+def test_what_shows_every_set_has_every_set_s_log(furnisher):
+    block = furnisher.block("ext_all")
+    for name in ("my-set", "other"):
+        address = f'href="../logs/sweep@{name}.json" title="log of sweep of {name}"'
+        assert f"{address}>sweep of {name}</a>" in block
+
+
+def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnisher):
+    block = furnisher.block("fig_2_6")
+    assert "<code>make fig_2_6</code>" in block
+    assert 'href="../scoreboard.html#fig_2_6">comparison</a>' in block
+    quick = Furnisher(furnisher.root, "quick", "")
+    assert quick._command("fig_2_6") == "make fig_2_6 EFFORT=quick"
+    own = "make ext_corners@my-set"
+    assert furnisher._command("ext_corners@my-set") == f"{own} RECORDED=path/to/my-set"
+    (furnisher.root / "data" / "recorded" / "my set").mkdir(parents=True)
+    assert furnisher._command("ext_corners@my-set") == own
+
+
+def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
+    markdown = f"Before.\n\n{mark('fig_2_6')}\n\nAfter."
+    outputs = [
+        v4.new_output("display_data", {"text/markdown": text, "text/html": text})
+        for text in (markdown, "plain")
+    ]
+    notebook = v4.new_notebook(cells=[v4.new_code_cell("show()", outputs=outputs)])
+    furnisher.fill(notebook)
+    first, second = (output.data for output in notebook.cells[0].outputs)
+    assert first["text/markdown"].startswith("Before.\n\n<p class=")
+    assert first["text/markdown"].endswith("</details>\n\nAfter.")
+    assert first["text/html"] == markdown
+    assert second["text/markdown"] == "plain"
+
+
+def test_a_number_of_the_thesis_stands_beside_its_cell(furnisher):
+    name = "t4_3_omni_cgsp_mean_pre"
+    place = part("printed_mark", name)
+    shown = {
+        "text/markdown": f"| 0.03 {place} |\n\n{mark('fig_2_6')}",
+        "text/html": f"<td>0.03{place}</td>",
+    }
+    outputs = [v4.new_output("display_data", shown)]
+    notebook = v4.new_notebook(
+        cells=[v4.new_code_cell("show_table()", outputs=outputs)]
+    )
+    furnisher.fill(notebook)
+    found = notebook.cells[0].outputs[0].data
+    line = found["text/markdown"].splitlines()[0]
+    assert f'thesis&nbsp;<a href="../scoreboard.html#{name}">0\\.19</a>' in line
+    assert "thesis&nbsp;0.19</small></td>" in found["text/html"]
+    # Bars would end the cell of a table in Markdown.
+    assert furnisher._printed(["", "t3_1_s1"]).count("|") == 2
+    assert furnisher._printed(["", "t3_1_s1"]).count("\\|") == 2
+    with pytest.raises(LedgerError, match="no number of numbers"):
+        furnisher._printed(["", "t4_3_none"])
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, ""),
+        ([1, [2, "a<b"]], "1, 2, a&lt;b"),
+        ({"a,b": {"x": "place"}}, "<b>(a,b)</b>: x: place"),
+        (
+            {"fov_deg": [30, 150], "seen": True},
+            "field of view (degrees): 30, 150; seen: yes",
+        ),
+    ],
+)
+def test_values_of_the_ledger_are_phrases(value, words):
+    assert in_words(value) == words
+
+
+def test_every_section_of_an_artefact_has_its_page(furnisher):
+    for entry in furnisher.book.artefacts.values():
+        assert str(entry["section"]) in furnisher.sections

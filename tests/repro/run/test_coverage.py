@@ -1,0 +1,218 @@
+"""The chapters beside the ledger: who makes what, and that none can see the answer."""
+
+import ast
+import importlib
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from repro.judge import ledger, verdict
+from repro.run.discover import page_files, page_id, producers
+from repro.run.source_index import import_aliases
+
+ROOT = Path(__file__).resolve().parents[3]
+LEDGER = ledger.load(ROOT)
+PRODUCERS = producers(ROOT)
+CHAPTER_FILES = sorted((ROOT / "chapters").rglob("*.py"))
+HIDDEN = {
+    "repro.judge.ledger",
+    "repro.judge.number_rules",
+    "repro.judge.verdict",
+    "repro.judge.scoreboard",
+    "repro.page.rows",
+}
+# The last table of a page shows its rows of the scoreboard. It is display code: the
+# import stands inside the function, and nothing of it goes back to an experiment.
+DISPLAY = ("repro.page.reader", "repro.page.rows")
+
+
+def of_thesis(identifier):
+    return not identifier.startswith("ext_")
+
+
+def test_every_artefact_has_one_producer_or_its_chapter_is_not_built():
+    unfinished = verdict.read_unfinished(ROOT)
+    made = Counter(p.id for p in PRODUCERS if p.kind in ("figure", "table"))
+    for identifier, entry in LEDGER.artefacts.items():
+        if made[identifier]:
+            assert made[identifier] == 1, f"{identifier} has several producers"
+        else:
+            assert str(entry["chapter"]) in unfinished, f"nothing makes {identifier}"
+
+
+def test_what_chapters_make_and_judge_stands_in_the_ledger():
+    known = {"figure": LEDGER.artefacts, "table": LEDGER.artefacts}
+    known |= {"claim": LEDGER.claims}
+    assert {"figure", "table", "claim", "numbers"} <= {p.kind for p in PRODUCERS}
+    for found in PRODUCERS:
+        if found.kind in known and of_thesis(found.id):
+            assert found.id in known[found.kind], f"{found.page}: {found.id}"
+        about = found.details.get("artefact", found.id)
+        if found.kind in ("experiment", "numbers") and of_thesis(about):
+            LEDGER.entry(about)
+
+
+def numbers_named():
+    """(file, id) of every `"id": Value(...)` in the chapters."""
+    for path in CHAPTER_FILES:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if not isinstance(node, ast.Dict):
+                continue
+            for key, value in zip(node.keys, node.values, strict=True):
+                is_value = isinstance(value, ast.Call) and ast.unparse(value.func)
+                if is_value == "Value" and isinstance(key, ast.Constant):
+                    yield path, key.value
+
+
+def test_numbers_that_chapters_give_stand_in_the_ledger():
+    named = list(numbers_named())
+    assert named
+    for path, identifier in named:
+        if of_thesis(identifier):
+            assert identifier in LEDGER.numbers, f"{path.name}: {identifier}"
+
+
+def names_of_options():
+    """(module, {question: {option: what the trials call it}}) of all `Case`s."""
+    for path in CHAPTER_FILES:
+        if "import Case" in path.read_text("utf-8"):
+            name = module_name(path)
+            mappings = vars(importlib.import_module(name)).values()
+            for names in (one for one in mappings if isinstance(one, dict) and one):
+                if {*names} <= {*LEDGER.readings}:
+                    yield name, names
+
+
+def test_the_readings_that_chapters_take_are_those_of_the_settings():
+    found = list(names_of_options())
+    assert len(found) > 5
+    for module, names in found:
+        for question, options in names.items():
+            entry = LEDGER.readings[question]
+            assert list(options) == entry["options"], f"{module}: {question}"
+            # Where a claim does not ask, the chapter takes its first option.
+            assert next(iter(options)) == entry["primary"], f"{module}: {question}"
+
+
+def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
+    from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
+    from chapters.shared.general import three_planes as three_planes
+
+    chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}
+    assert chosen["noise_levels"] == list(page.LEVELS)
+    assert chosen["noise_in_fov_sweep"] == page.FOV_NOISE
+    assert chosen["fov_in_noise_sweep_deg"] == page.NOISE_FOV_DEG
+    lens = {"k1": three_planes.LENS_K1, "k2": three_planes.LENS_K2}
+    assert chosen["lens_of_noise_sweep"] == lens
+    assert chosen["fov_levels_deg"] == list(page.FOVS_DEG)
+    assert chosen["principal_point_px"] == three_planes.PRINCIPAL.tolist()
+    assert chosen["grid_distance_mm"] == three_planes.DISTANCE_MM
+    assert chosen["grid_shift_mm"] == [-three_planes.SHIFT_MM, three_planes.SHIFT_MM]
+    assert chosen["grid_tilt_deg"] == list(three_planes.TILT_DEG)
+    assert chosen["least_angle_between_grids_deg"] == three_planes.MIN_ANGLE_DEG
+    assert chosen["finite_grid_mm"] == [-three_planes.FINITE_MM, three_planes.FINITE_MM]
+
+
+# The experiments cannot see the answer
+
+
+def module_name(path, base=ROOT):
+    name = path.relative_to(base).with_suffix("").as_posix().replace("/", ".")
+    return name.removesuffix(".__init__")
+
+
+def source_files():
+    """Module -> file, of the chapters and of everything in lib."""
+    lib = ROOT / "lib"
+    files = {module_name(path): path for path in CHAPTER_FILES}
+    return files | {module_name(p, lib): p for p in sorted(lib.rglob("*.py"))}
+
+
+def imports(name, path, known):
+    """Modules that a file imports, inside functions too, with their parents."""
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            aliases = import_aliases(node, package).values()
+            targets = [part for m, n in aliases for part in (m, f"{m}.{n}")]
+        else:
+            continue
+        for target in targets:
+            parts = target.split(".")
+            for end in range(1, len(parts) + 1):
+                if ".".join(parts[:end]) in known:
+                    yield ".".join(parts[:end])
+
+
+def graph():
+    files = source_files()
+    return {name: set(imports(name, path, files)) for name, path in files.items()}
+
+
+def reached(edges, start):
+    found, todo = set(), [start]
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found.add(name)
+            todo += edges[name]
+    return found
+
+
+@pytest.fixture(scope="module")
+def edges():
+    return graph()
+
+
+def test_no_chapter_and_nothing_of_raxel_reaches_the_ledger(edges):
+    source, target = DISPLAY
+    assert target in edges[source], "the one allowed import is gone: take it off here"
+    without = {**edges, source: edges[source] - {target}}
+    starts = [n for n in edges if n.split(".")[0] in ("chapters", "raxel")]
+    assert len(starts) > 20
+    for start in starts:
+        assert not reached(without, start) & HIDDEN, start
+
+
+def test_the_allowed_import_stands_inside_the_function_that_displays():
+    tree = ast.parse((ROOT / "lib/repro/page/reader.py").read_text("utf-8"))
+    holders = [
+        function.name
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        and any(
+            isinstance(node, ast.ImportFrom) and node.module == DISPLAY[1]
+            for node in ast.walk(function)
+        )
+    ]
+    assert holders == ["compared"]
+    top = [n.module for n in tree.body if isinstance(n, ast.ImportFrom)]
+    assert DISPLAY[1] not in top
+
+
+def test_a_chapter_calls_the_display_only_in_cells_that_are_comments():
+    for path in CHAPTER_FILES:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Call):
+                assert ast.unparse(node.func) != "compared", path
+
+
+def test_a_path_to_the_ledger_would_be_found(edges):
+    assert "repro.judge.ledger" in reached(edges, "repro.page.reader")
+    assert "repro.judge.ledger" in edges["repro.judge.verdict"]
+
+
+@pytest.mark.parametrize("word", ["data/published", "import_module", "__import__"])
+def test_no_chapter_and_nothing_of_raxel_gets_at_it_by_name(word):
+    for name, path in source_files().items():
+        if name.split(".")[0] in ("chapters", "raxel"):
+            assert word not in path.read_text("utf-8"), name
+
+
+def test_every_producer_belongs_to_a_page():
+    pages = {page_id(ROOT, path) for path in page_files(ROOT)}
+    lost = [f"{p.id}: {p.page}" for p in PRODUCERS if p.page not in pages]
+    assert not lost, lost

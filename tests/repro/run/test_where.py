@@ -1,0 +1,154 @@
+"""`make where`: from an id to the files and lines behind it."""
+
+import re
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from repro.page import reader
+from repro.run import where
+from repro.run.discover import producers
+from tests import made_results
+from tests.small_checkouts import run, write_page
+
+ROOT = Path(__file__).resolve().parents[3]
+MADE = producers(ROOT)
+
+
+@cache
+def atlas():
+    return where.Whereabouts(ROOT)
+
+
+def kinds(identifier):
+    return list(dict.fromkeys(line.word for line in atlas().lines(identifier)))
+
+
+def source_line(root, line):
+    path, _, number = line.place.rpartition(":")
+    return (root / path).read_text("utf-8").splitlines()[int(number) - 1]
+
+
+@pytest.mark.parametrize(
+    ("identifier", "words", "algorithm"),
+    [
+        ("table_3_4", "page experiment algorithm table numbers claim", "celect"),
+        (
+            "c2_noise_linear_generic",
+            "page experiment algorithm claim",
+            "calibrate_zhang",
+        ),
+        ("t2_2_persp_rms_set1", "page experiment algorithm numbers", None),
+        ("table_3_4_grids", "page experiment algorithm", "celect"),
+        ("fig_2_2_error", "page experiment algorithm", "rays_from_known_motion"),
+    ],
+)
+def test_an_id_leads_from_its_page_to_the_algorithm(identifier, words, algorithm):
+    lines = [n for n in atlas().lines(identifier) if n.word not in ("data", "set")]
+    assert list(dict.fromkeys(n.word for n in lines)) == words.split()
+    assert algorithm in [None, *(n.name for n in lines if n.word == "algorithm")][:4]
+    for line in lines[1:]:
+        assert source_line(ROOT, line).lstrip().startswith(("def ", "class "))
+
+
+def test_every_experiment_leads_to_the_algorithm():
+    for one in MADE:
+        if one.kind == "experiment":
+            assert {"experiment", "algorithm"} <= set(kinds(one.id)), one.id
+    page = "ch03_planar_grids/s3_2_grid_sets"
+    assert atlas().lines(page) == atlas().lines(page.partition("/")[2])
+
+
+PAGE = """
+def inner(condition, rng):
+    return {}
+
+
+@experiment("plain", artefact="ext_a")
+def plain(effort):
+    return Plan(inner, [{}], 1)
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    shutil.copytree(ROOT / "data/published", tmp_path / "data/published")
+    path = tmp_path / "chapters/ch02_x/s1_a/page.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(PAGE)
+    return tmp_path
+
+
+QUOTING = """# %% [markdown]
+# # T {glue:text}`count:.0f` {glue:text}`early`
+
+# %%
+from repro.page.reader import open_results, value
+def name_values(result):
+    value("count", len(result.conditions))
+
+# %% tags=["active-ipynb"]
+# name_values(open_results("plain"))
+
+# %% tags=["active-ipynb"]
+# value("early", 3)
+"""
+
+
+def test_a_quoted_name_leads_to_the_line_that_made_it(checkout, monkeypatch):
+    page = write_page(checkout, QUOTING)
+    name = "/".join(page.relative_to(checkout / "chapters").parts[:2])
+    short = name.partition("/")[2]
+    monkeypatch.chdir(checkout)
+    with pytest.raises(where.UnknownId, match="not built"):
+        where.Whereabouts(checkout).lines("count")
+    made = made_results.of_columns(({}, {"x": [1.0]}))
+    for effort in ("quick", "full"):
+        results = checkout / f"figures/{effort}/results"
+        results.mkdir(parents=True)
+        shutil.copy(made.path, results / "plain.json")
+    reader._opened.clear()
+    assert run(page, checkout / f"report/build/quick/pages/{name}.ipynb") == 0
+    found = where.Whereabouts(checkout).lines(f"{short}:count")
+    assert [n.word for n in found[:3]] == ["quoted", "value", "experiment"]
+    assert source_line(checkout, found[1]) == QUOTING.splitlines()[6]
+    assert found[2].name == "plain"
+    assert found[-1].place == "figures/full/results/plain.json:1"
+    value = where.Whereabouts(checkout).lines("early")[1]
+    assert source_line(checkout, value) == '# value("early", 3)'
+
+
+def test_what_nothing_makes_is_one_line_with_what_is_near(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    assert where.main(["table_3_44"]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "did you mean " in said.err
+    assert "table_3_4" in said.err
+    assert said.err.count("\n") == 1
+    assert where.main([]) == 1
+
+
+def test_the_listing_in_contributing_is_what_is_printed():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    listing = text.split("$ make where ")[1]
+    identifier, *rows = listing.partition("...")[0].split("\n")
+    printed = [
+        [line.word, line.place.rpartition(":")[0], *line.name.split()]
+        for line in atlas().lines(identifier)
+    ]
+    # Lines move; what is said of them does not.
+    listed = [re.sub(r":\d+ ", " ", row).split() for row in rows if row]
+    assert listed == printed[: len(listed)]
+
+
+def test_make_takes_an_id_for_a_question_and_not_for_an_order():
+    done = subprocess.run(
+        ["make", "--dry-run", "where", "table_3_4", "s3_2_results:omni.left_out"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "repro.run.where 'table_3_4' 's3_2_results:omni.left_out'" in done.stdout
+    assert not done.stderr

@@ -1,0 +1,82 @@
+"""The library's reference: pages of what packages export, and docstrings as text."""
+
+import importlib
+import re
+from pathlib import Path
+
+from repro.site import source_pages
+from repro.site.library import as_rst, library_pages, source_of
+
+ROOT = Path(__file__).resolve().parents[3]
+SOURCE = """class Line:
+    @property
+    def length(self):
+        pass
+
+    @length.setter
+    def length(self, value):
+        pass
+
+
+def plain():
+    pass
+
+# 1 < 2
+"""
+
+
+def test_every_package_that_exports_names_has_a_page():
+    pages = library_pages(ROOT / "lib" / "raxel")
+    listed = re.findall(r"automodule:: (\S+)", "".join(pages.values()))
+    assert {"raxel.errors", "raxel.cameras", "raxel.calibration"} <= set(listed)
+    # One page for each package with public names: 14, and the errors.
+    assert len(listed) == len(set(listed)) == 15
+    for name in listed:
+        importlib.import_module(name)
+    names = re.findall(r"^   (\S+)$", pages["api/index.rst"], re.MULTILINE)
+    assert {f"api/{name}.rst" for name in names} == set(pages) - {"api/index.rst"}
+
+
+def test_a_docstring_is_text_with_code_in_it():
+    assert as_rst(["a_b *c* `d_e` ``f*g`` |h|"]) == [
+        r"a\_b \*c\* \ ``d_e``\  \ ``f*g``\  \|h\|",
+        "",
+    ]
+    aligned = as_rst(["Table:", "  a  one", "  b  *", "", "- x", "  y"])
+    assert aligned == [
+        "::",
+        "",
+        "    Table:",
+        "      a  one",
+        "      b  *",
+        "",
+        "- x",
+        "  y",
+        "",
+    ]
+    given = as_rst(["Parameters", "----------", "x : one", "    more", "y : two"])
+    assert given == ["**Parameters**", "", "- x : one", "  more", "- y : two", ""]
+    example = as_rst(["Examples", "--------", ">>> 1 * 2", "2"])
+    assert example == ["**Examples**", "", "::", "", "    >>> 1 * 2", "    2", ""]
+
+
+def test_a_name_leads_to_the_code_that_defines_it():
+    def address(name):
+        return source_of("py", {"module": "raxel.cameras", "fullname": name})
+
+    importlib.import_module("raxel.cameras")
+    own = "../source/raxel/cameras/lenses/perspective.py.html#PerspectiveCamera"
+    assert address("PerspectiveCamera") == own
+    assert address("PerspectiveCamera.save").endswith(".py.html#Camera.save")
+    assert address("no_such_name") is None
+
+
+def test_a_source_page_has_an_anchor_for_every_name(tmp_path):
+    path = tmp_path / "lines.py"
+    path.write_text(SOURCE)
+    page = source_pages.source_page(path, "raxel/rays/lines.py", "../../../")
+    ids = re.findall(r'id="([^"]+)"', page)
+    assert {"Line", "Line.length", "plain"} <= set(ids)
+    assert len(ids) == len(set(ids))
+    assert 'href="../../../index.html"' in page
+    assert "# 1 &lt; 2" in page

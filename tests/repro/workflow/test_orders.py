@@ -1,0 +1,60 @@
+"""What an order such as `make ch02` asks for."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from repro.run import discover
+from repro.workflow.build import OrderError, _built, _targets
+from repro.workflow.work import Work, planned
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def work():
+    return Work(ROOT, effort="quick", trials=None, sets={})
+
+
+@pytest.mark.parametrize("chapter", ["ch02", "appendix_a"])
+def test_a_chapter_is_its_pages_and_what_they_show(work, chapter):
+    pages = {Path(name).parent.name for name in _targets(work, chapter)}
+    assert len(pages) == 1
+    assert pages.pop().startswith(chapter)
+    shown = {"ch02": "fig_2_3", "appendix_a": "app_a"}
+    built = _built(work, chapter)
+    assert [name in built for name in shown.values()] == [
+        name == shown[chapter] for name in shown.values()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("order", "reason"),
+    [
+        ("ch77", "no page of chapter 77"),
+        ("appendix_z", "no page of appendix Z"),
+        ("chapter", "nothing makes chapter"),
+    ],
+)
+def test_an_order_that_nothing_answers_is_refused(work, order, reason):
+    with pytest.raises(OrderError, match=reason):
+        _targets(work, order)
+
+
+def test_a_plan_lists_the_chapters_once(monkeypatch):
+    listings = []
+    producers = discover.producers
+    monkeypatch.setattr(
+        discover, "producers", lambda root: listings.append(root) or producers(root)
+    )
+    work = Work(ROOT, "quick", None, {})
+    assert all(work.page_inputs(SimpleNamespace(page=page)) for page in work.pages)
+    assert work.rendered.names
+    assert listings == [ROOT]
+
+
+def test_the_rules_share_the_plan_of_the_order():
+    planned.cache_clear()
+    assert planned(ROOT, "quick", None, "") is planned(ROOT, "quick", None, "")
+    assert planned(ROOT, "full", None, "") is not planned(ROOT, "quick", None, "")

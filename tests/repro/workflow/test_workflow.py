@@ -1,0 +1,339 @@
+"""One command rebuilds exactly what a change reaches, and says why."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+import yaml
+
+from tests.raxel.lab.test_rig import small_rig
+
+ROOT = Path(__file__).resolve().parents[3]
+RIG = "data/rigs/small.yaml"
+PAGE = "chapters/ch02_small/s1_dice/page.py"
+CHAPTER = '''
+# %% [markdown]
+# # Dice
+#
+# A sentence that may change.
+
+# %%
+from repro.run.marks import experiment, figure
+from repro.run.outcomes import Drawing, Plan
+from repro.run.rendered import rendered_set
+from repro.page.reader import show
+from raxel.dice import spread, throw
+
+
+def thrown(condition, rng):
+    """One throw."""
+    return {"eyes": throw(rng)}
+
+
+def wide(condition, rng):
+    """Spread of throws."""
+    return {"spread": spread(rng)}
+
+
+@experiment("dice_throws", artefact="fig_2_3", shards={"quick": 2, "full": 2})
+def throws(effort):
+    return Plan(thrown, [{"dice": 1}], 4)
+
+
+@experiment(
+    "dice_spread", artefact="fig_2_3", shards={"quick": 1, "full": 1},
+    rendered={"quick": ("small/3",), "full": ("small/3", "small/4")},
+)
+def spreads(effort):
+    assert (rendered_set("small", 3) / "truth").is_dir()
+    return Plan(wide, [{"dice": 2}], 4)
+
+
+@experiment(
+    "dice_again", artefact="fig_2_3", shards={"quick": 2, "full": 2},
+    needs=("dice_throws",),
+)
+def again(effort, results):
+    pool = results["dice_throws"].column("eyes", dice=1)
+    return Plan(lambda condition, rng: {"eyes": rng.choice(pool)}, [{"dice": 1}], 4)
+
+
+@figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
+def fig_2_3(results):
+    from repro.page.style import new_figure
+
+    drawn, axes = new_figure()
+    eyes = results["dice_throws"].column("eyes", dice=1)
+    axes.plot(range(4), eyes)
+    axes.set_xlabel("Throw")
+    axes.set_ylabel("Eyes")
+    return Drawing(drawn, {"eyes": eyes}, "Eyes of four throws.")
+
+
+# %% tags=["active-ipynb"]
+# show("fig_2_3")
+'''
+DICE = '''
+def throw(rng):
+    """Eyes of one die."""
+    return int(rng.integers(1, 7))
+
+
+def spread(rng):
+    return float(rng.integers(1, 7, 50).std())
+'''
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory) -> Path:
+    """A small checkout in a folder with spaces in its name."""
+    root = small_checkout(tmp_path_factory.mktemp("work") / "a path with spaces")
+    (root / PAGE).parent.mkdir(parents=True)
+    (root / PAGE).parents[1].joinpath("__init__.py").write_text("")
+    (root / PAGE).write_text(CHAPTER.lstrip())
+    (root / "lib" / "raxel" / "dice.py").write_text(dedent(DICE))
+    (root / RIG).parent.mkdir()
+    (root / RIG).write_text(yaml.safe_dump(small_rig()))
+    return root
+
+
+@pytest.fixture(scope="module")
+def first(checkout) -> tuple[int, str]:
+    """The first build in it, with which all is made."""
+    return build(checkout)
+
+
+def small_checkout(root: Path) -> Path:
+    """A checkout with everything but chapters and photographs.
+
+    What is compiled comes with it, and nothing is run ahead: the trials here run no
+    loops of the library, and each build would load them all.
+    """
+    ignored = shutil.ignore_patterns("*.egg-info")
+    shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
+    loops = root / "lib" / "raxel" / "compile_loops.py"
+    loops.write_text("def compile_loops(): ...\n")
+    shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
+    single = (
+        "Snakefile",
+        "CITATION.cff",
+        "environment.txt",
+        "chapters/unfinished.yaml",
+    )
+    for name in single:
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    (root / "chapters" / "__init__.py").write_text("")
+    return root
+
+
+def build(root: Path, target: str = "ch02") -> tuple[int, str]:
+    """Exit status and what the terminal shows."""
+    with started(root, target) as process:
+        text = process.communicate()[0]
+    return process.returncode, text
+
+
+def started(root: Path, target: str = "ch02") -> subprocess.Popen:
+    """A build in a session of its own."""
+    environment = os.environ | {
+        "PYTHONPATH": f"{root / 'lib'}{os.pathsep}{root}",
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "XDG_CACHE_HOME": str(root / ".cache"),
+    }
+    return subprocess.Popen(
+        [
+            sys.executable, "-m", "repro.workflow", target,
+            "--effort", "quick", "--cores", "2",
+        ],
+        cwd=root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def jobs(text: str) -> set[str]:
+    """Jobs that ran, as the progress display names them."""
+    return {m.group(1) for m in re.finditer(r"^\[[^]]*\] (.*?)  \(", text, re.M)}
+
+
+def edit(root: Path, name: str, old: str, new: str) -> None:
+    text = (root / name).read_text()
+    assert old in text
+    (root / name).write_text(text.replace(old, new))
+
+
+THROWS = {
+    "experiment dice_throws, part 0 of 2",
+    "experiment dice_throws, part 1 of 2",
+    "result dice_throws",
+}
+SET = {"rendered set small/3"}
+SPREAD = {"experiment dice_spread"}
+AGAIN = {
+    "experiment dice_again, part 0 of 2",
+    "experiment dice_again, part 1 of 2",
+    "result dice_again",
+}
+REST = {
+    "figure fig_2_3",
+    "claims and numbers of ch02_small/s1_dice",
+    "page ch02_small/s1_dice",
+}
+
+CUT = (
+    "data/synthetic/small/3/view-001.png",
+    "figures/quick/results/dice_throws.json",
+    "figures/quick/shards/dice_again/1-of-2.npz",
+    "figures/quick/fig_2_3.csv",
+    "figures/quick/judged/ch02_small/s1_dice.json",
+    "report/build/quick/pages/ch02_small/s1_dice.ipynb",
+)
+
+
+def eyes_thrown(root: Path) -> set[int]:
+    """Eyes in the trials of the experiment that another one reads."""
+    result = json.loads((root / "figures/quick/results/dice_throws.json").read_text())
+    return {trial["values"]["eyes"] for trial in result["trials"]}
+
+
+def test_a_change_rebuilds_what_it_reaches(checkout, first):
+    status, text = first
+    assert status == 0, text
+    assert jobs(text) == THROWS | AGAIN | SET | SPREAD | REST
+    again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
+    assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
+
+    status, text = build(checkout)
+    assert status == 0, text
+    assert jobs(text) == set()
+    assert "Nothing changed" in text
+
+    edit(checkout, PAGE, "A sentence that may change.", "Another sentence.")
+    edit(checkout, "lib/raxel/dice.py", '"""Eyes of one die."""', '"""Eyes."""')
+    _, text = build(checkout)
+    assert jobs(text) == {"page ch02_small/s1_dice"}, text
+
+    edit(checkout, "lib/raxel/dice.py", "1, 7))", "1, 5)) + 1")
+    _, text = build(checkout)
+    assert jobs(text) == THROWS | AGAIN | REST, text
+    assert "code or settings changed" in text
+
+    view = checkout / "data/synthetic/small/3/view-000.png"
+    before = view.read_bytes()
+    edit(checkout, RIG, "9000", "8000")
+    edit(checkout, PAGE, "Eyes of four throws.", "Four throws.")
+    _, text = build(checkout)
+    assert jobs(text) == SET | SPREAD | REST, text
+    assert view.read_bytes() != before
+    assert not [*(checkout / "data/synthetic").rglob(".3*")]
+
+
+def test_a_failing_job_shows_its_reason_and_what_was_cut_is_made_again(checkout, first):
+    result = checkout / "figures/quick/results/dice_spread.json"
+    before = json.loads(result.read_text())
+    edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
+    status, text = build(checkout)
+    assert status != 0
+    assert "FAILED: experiment dice_spread" in text
+    assert "TypeError" in text
+    assert not result.exists() or json.loads(result.read_text()) == before
+    edit(checkout, "lib/raxel/dice.py", " / []", "")
+    whole = {name: (checkout / name).read_bytes() for name in CUT}
+    for name, content in whole.items():
+        (checkout / name).write_bytes(content[: len(content) // 2])
+    status, text = build(checkout)
+    assert status == 0, text
+    for name, content in whole.items():
+        assert f"{name} was damaged: it will be made again\n" in text
+        assert (checkout / name).read_bytes() == content, name
+    assert json.loads(result.read_text()) == before
+
+
+HOLD = """
+
+def hold():
+    import pathlib, subprocess
+    pathlib.Path("begun").touch()
+    subprocess.run(["sleep", "3600"])
+"""
+
+
+def in_session(leader: int) -> list[str]:
+    """Commands that run in a session."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            fields = (path / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[3]) == leader and fields[0] != "Z":
+                found.append((path / "cmdline").read_text())
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks /proc")
+def test_an_interrupted_build_ends_in_one_line_and_leaves_no_process(checkout):
+    dice = checkout / "lib" / "raxel" / "dice.py"
+    before = dice.read_text()
+    held = before.replace("def throw(rng):", "def throw(rng):\n    hold()")
+    dice.write_text(held + HOLD)
+    with started(checkout, "fig_2_3") as process:
+        while not (checkout / "begun").exists() and process.poll() is None:
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        text = process.communicate(timeout=900)[0]
+    dice.write_text(before)
+    assert process.returncode == 130, text
+    last = "make fig_2_3: interrupted; what is finished stays, run it again to go on"
+    lines = text.splitlines()
+    assert lines[-1] == last
+    assert "Traceback" not in text
+    assert "FAILED" not in text
+    assert in_session(process.pid) == []
+    assert not [*(checkout / "figures").rglob(".*")]
+
+
+def test_an_unknown_target_is_refused_in_one_line(checkout):
+    status, text = build(checkout, "fig_2_33")
+    assert status == 1
+    (line,) = text.strip().splitlines()
+    assert "did you mean fig_2_3?" in line
+
+
+def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
+    edit(checkout, PAGE, 'evidence="synthetic")', 'evidence="synthetic", scene=True)')
+    scene = 'Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))'
+    edit(checkout, PAGE, 'throws.")', f'throws.", scene={scene})')
+    edit(
+        checkout,
+        PAGE,
+        "from repro.page.reader import",
+        "from raxel.show import Points, Scene\nfrom repro.page.reader import",
+    )
+    status, text = build(checkout, "fig_2_3")
+    assert status == 0, text
+    assert "figure fig_2_3" in jobs(text), text
+    page = (checkout / "figures" / "quick" / "fig_2_3.html").read_text()
+    assert re.search(r"<title>Fig. 2.3 .*throws.</title>", page)
+
+    viewer = checkout / "lib/raxel/show/page.js"
+    viewer.write_text(viewer.read_text() + "// A word more.\n")
+    _, text = build(checkout, "fig_2_3")
+    assert jobs(text) == {"figure fig_2_3"}, text
+
+
+def test_result_files_do_not_depend_on_the_number_of_jobs(checkout, first):
+    result = checkout / "figures/quick/results/dice_throws.json"
+    before = result.read_bytes()
+    edit(checkout, PAGE, '"quick": 2,', '"quick": 3,')
+    status, text = build(checkout, "fig_2_3")
+    assert status == 0, text
+    assert {f"experiment dice_throws, part {i} of 3" for i in range(3)} <= jobs(text)
+    assert result.read_bytes() == before
