@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 
-from chapters.ch01_introduction.s1_1_panorama import exercises, page
-from chapters.ch01_introduction.s1_1_panorama import experiment as trials
-from chapters.ch01_introduction.s1_1_panorama import report as claims
-from chapters.ch01_introduction.s1_1_panorama import report as figures
+from chapters.ch01_introduction.s1_1_panorama import exercises, experiment, page, report
 from raxel.multiview.views import source_pixels
 from tests.made_results import of_columns, of_seed
 
 
 @pytest.fixture(scope="module")
 def rows():
-    conditions = [{"mirror": name} for name in trials.ECCENTRICITIES]
+    conditions = [{"mirror": name} for name in experiment.ECCENTRICITIES]
     return of_seed(page.resolution_trial, conditions)
 
 
@@ -34,10 +31,10 @@ def closed_form(e, focal, radius_px, elevations):
 
 
 def test_scales_are_those_of_the_closed_form():
-    camera = trials.simulator(1.0).camera
-    view = trials.view_of(camera)
+    camera = experiment.simulator(1.0).camera
+    view = experiment.view_of(camera)
     elevations = np.radians(np.linspace(-45, 45, 13))
-    area, row, column = trials.scales(camera, view, elevations)
+    area, row, column = experiment.scales(camera, view, elevations)
     e = camera.mirror.eccentricity
     wanted = closed_form(e, camera.viewer.K[0, 0], view.radius, elevations)
     np.testing.assert_allclose([row, column], wanted, rtol=1e-4)
@@ -45,25 +42,25 @@ def test_scales_are_those_of_the_closed_form():
 
 
 def test_every_mirror_has_the_same_rim_in_world_and_picture():
-    for name, e in trials.ECCENTRICITIES.items():
+    for name, e in experiment.ECCENTRICITIES.items():
         if e is None:
             continue
-        camera = trials.mirror_camera(name)
+        camera = experiment.mirror_camera(name)
         assert camera.central
         assert camera.mirror.eccentricity == pytest.approx(e)
-        inner, outer = np.array([-0.01, 0.01]) + trials.RIM_PX
-        pixels = np.array(trials.MIDDLE) + [[inner, 0], [outer, 0]]
+        inner, outer = np.array([-0.01, 0.01]) + experiment.RIM_PX
+        pixels = np.array(experiment.MIDDLE) + [[inner, 0], [outer, 0]]
         rays = camera.rays(pixels)
         assert rays.valid.tolist() == [True, False]
-        highest = np.degrees(np.arcsin(-rays.directions[0] @ trials.DOWN))
-        assert highest == pytest.approx(trials.HIGHEST_DEG, abs=0.01)
+        highest = np.degrees(np.arcsin(-rays.directions[0] @ experiment.DOWN))
+        assert highest == pytest.approx(experiment.HIGHEST_DEG, abs=0.01)
 
 
 def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
-    judge = claims.judge_unwrap_resolution
+    judge = report.judge_unwrap_resolution
     reading = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
-    assert np.all(rows.select().column("ratio") > trials.MIN_RATIO)
+    assert np.all(rows.select().column("ratio") > experiment.MIN_RATIO)
     assert np.isfinite(rows.select().column("band_deg")).all()
     even = of_columns(*((c, {"ratio": 1.4, "band_deg": 10.0}) for c in rows.conditions))
     reading = judge({"fig_1_1_resolution": even})
@@ -71,16 +68,16 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
 
 
 def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
-    view = trials.view_of(trials.simulator(1.0).camera)
+    view = experiment.view_of(experiment.simulator(1.0).camera)
     ends = np.degrees(view.elevations([0, view.height - 1]))
-    for mirror in trials.ECCENTRICITIES:
+    for mirror in experiment.ECCENTRICITIES:
         (elevations,) = rows.arrays("elevation_deg", mirror=mirror)
         assert len(elevations) == view.height
         np.testing.assert_allclose(elevations[[0, -1]], ends)
 
 
 def test_a_smaller_picture_shows_the_same_view():
-    cameras = [trials.simulator(size).camera for size in (1.0, 0.25)]
+    cameras = [experiment.simulator(size).camera for size in (1.0, 0.25)]
     np.testing.assert_allclose(cameras[0].centre, cameras[1].centre)
     corner = np.array([[200.0, 300.0]])
     smaller = (corner + 0.5) / 4 - 0.5
@@ -99,12 +96,12 @@ def test_the_picture_is_unwrapped_and_its_uprights_are_straight(picture):
     for change, holds in (({}, True), ({"spread_px": 0.1}, False)):
         values = picture | change
         taken = of_seed(lambda condition, rng, values=values: values)
-        assert figures.fig_1_1({"fig_1_1_picture": taken}).check.holds is holds
+        assert report.fig_1_1({"fig_1_1_picture": taken}).check.holds is holds
 
 
 def test_the_picture_has_straight_ahead_on_top_and_in_the_middle():
-    camera = trials.simulator(0.25).camera
-    view = trials.view_of(camera)
+    camera = experiment.simulator(0.25).camera
+    view = experiment.view_of(camera)
     sources = source_pixels(camera, view)
     u, v = sources[int(view.horizon), view.width // 2]
     assert u == pytest.approx(camera.viewer.K[0, 2], abs=1.0)
@@ -119,19 +116,19 @@ def test_a_step_is_found_where_it_is_and_a_thin_line_is_none():
     grey[:, 20:] = 100.0
     grey[:, 19] = 30.0
     rows = np.arange(10)
-    found = trials.steps_along(grey, 19.0, rows)
+    found = experiment.steps_along(grey, 19.0, rows)
     # Brightness 0, 30, 100: 30 % of the step before 19, 70 % after it.
     np.testing.assert_allclose(found, 19.2, atol=1e-9)
     grey[:, 21:] = 0.0
-    assert np.isnan(trials.steps_along(grey, 19.0, rows)).all()
-    assert np.isnan(trials.steps_along(grey, 1.0, rows)).all()
+    assert np.isnan(experiment.steps_along(grey, 19.0, rows)).all()
+    assert np.isnan(experiment.steps_along(grey, 1.0, rows)).all()
 
 
 def test_exercises():
     assert exercises.rows_above_horizon(1280, 45) == pytest.approx(1280 / (2 * np.pi))
-    camera = trials.simulator(1.0).camera
+    camera = experiment.simulator(1.0).camera
     up = np.radians(exercises.EYE_HIGH_DEG)
-    ray = np.cos(up) * trials.AHEAD - np.sin(up) * trials.DOWN
+    ray = np.cos(up) * experiment.AHEAD - np.sin(up) * experiment.DOWN
     seen = camera.project((camera.centre + 1e4 * ray)[None]).pixels[0]
     radius = np.linalg.norm(seen - camera.viewer.K[:2, 2])
     assert exercises.radius_in_image() == pytest.approx(radius, abs=1e-3)

@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import report as claims
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
-    report as s5_1_results,
-)
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import report
 from chapters.shared.general.three_planes import FOVS_DEG
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
@@ -43,7 +40,7 @@ def along_the_sweep(parametric, generic):
 
 def crossover(parametric, generic):
     values = along_the_sweep(parametric, generic)
-    return verdicts(claims.judge_crossover, "fig_2_3_fov", values)
+    return verdicts(report.judge_crossover, "fig_2_3_fov", values)
 
 
 def flat(fov):
@@ -89,7 +86,7 @@ def test_failed_trials_count_as_the_worst_in_the_signs():
 
     assert crossover(low_then_high, flat) == {"reproduced"}
     readings = readings_of(
-        claims.judge_crossover,
+        report.judge_crossover,
         {"fig_2_3_fov": of_fov(along_the_sweep(low_then_high, failing))},
     )
     assert {r.regenerated for r in readings} == {
@@ -108,7 +105,7 @@ def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
         return spread_about(middle)
 
     readings = readings_of(
-        claims.judge_peripheral_noise, {"fig_2_3_fov": of_fov(values)}
+        report.judge_peripheral_noise, {"fig_2_3_fov": of_fov(values)}
     )
     assert [(r.reading, r.verdict) for r in readings] == [({}, verdict)]
 
@@ -117,7 +114,7 @@ def proportional(law):
     def values(name, condition):
         return spread_about(law(condition["noise"]), seed=int(1e3 * condition["noise"]))
 
-    return verdicts(claims.judge_noise_linear_parametric, "fig_2_3_noise", values)
+    return verdicts(report.judge_noise_linear_parametric, "fig_2_3_noise", values)
 
 
 def test_proportion_holds_for_a_line_and_not_for_a_root():
@@ -137,7 +134,7 @@ def test_projection_laws_are_compared_trial_by_trial():
 
     made = {"fig_2_3_laws": OfLaw("fig_2_3_laws", values, TRIALS)}
     verdicts = {
-        pixels: claims.judge_modality_independent(made, {"law_pixels": pixels}).verdict
+        pixels: report.judge_modality_independent(made, {"law_pixels": pixels}).verdict
         for pixels in ("source image", "corrected view")
     }
     assert verdicts == {"source image": "reproduced", "corrected view": "differs"}
@@ -170,7 +167,7 @@ def at_150(stretch, own, grazing):
 def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
     stretch, own, verdict
 ):
-    reading = claims.judge_fov_generic_150(at_150(stretch, own, 0.0), PRIMARY)
+    reading = report.judge_fov_generic_150(at_150(stretch, own, 0.0), PRIMARY)
     assert reading.verdict == verdict
     assert "over the ratios of exact rays" in reading.reason
 
@@ -180,7 +177,7 @@ def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
     [(1.2, 0.5, "reproduced"), (1.2, 0.1, "differs"), (0.9, 0.5, "differs")],
 )
 def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(own, grazing, verdict):
-    reading = claims.judge_infinite_plane_cause(at_150(1.3, own, grazing), PRIMARY)
+    reading = report.judge_infinite_plane_cause(at_150(1.3, own, grazing), PRIMARY)
     assert reading.verdict == verdict
 
 
@@ -199,19 +196,17 @@ def test_crossing_is_where_the_generic_method_becomes_better(better, crossing):
         return [2.0 if name.startswith("parametric.fresh.corrected") else generic]
 
     fov = of_fov(values, 1)
-    assert s5_1_results.crossing(fov, "generic_as_printed") == crossing
+    assert report.crossing(fov, "generic_as_printed") == crossing
 
 
 def test_residuals_are_told_as_multiples_of_those_of_exact_rays():
     def values(name, condition):
         return [2.0, 4.0] if name == "exact.corrected.mean_px" else [3.0, 8.0]
 
-    found = s5_1_results.trials_of(
-        of_fov(values, 2), "parametric", "over_exact", fov_deg=60
-    )
+    found = report.trials_of(of_fov(values, 2), "parametric", "over_exact", fov_deg=60)
     assert found.tolist() == [1.5, 2.0]
 
 
 def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
     half = of_fov(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0], 5)
-    assert s5_1_results.median_of(half, "method", "any", fov_deg=60) == 9.0
+    assert report.median_of(half, "method", "any", fov_deg=60) == 9.0

@@ -6,23 +6,10 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    exercises as s4_1_exercises,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    experiment as algorithm_1,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    experiment as linear_systems,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    experiment as linear_trials,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    experiment as three_quadrics,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import page as s4_page
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    report as s4_1_claims,
+    exercises,
+    experiment,
+    page,
+    report,
 )
 from raxel.calibration import linear_as_printed
 from tests.judged_claims import verdict
@@ -33,9 +20,9 @@ from tests.made_results import flat, of_seed, written
 
 @pytest.mark.parametrize("seed", range(4))
 def test_true_unknowns_solve_both_systems(seed):
-    points, centre, poses = linear_systems.scene_points(np.random.default_rng(seed))
-    coefficients = linear_systems.scaled_coefficients(points)
-    A, x = linear_systems.matrix_a(coefficients)
+    points, centre, poses = experiment.scene_points(np.random.default_rng(seed))
+    coefficients = experiment.scaled_coefficients(points)
+    A, x = experiment.matrix_a(coefficients)
     scales = [coefficients[2 * k][3] / poses[k + 1][2, 0] for k in range(2)]
     u = list(centre[:2])
     for T, scale in zip(poses[1:], scales, strict=True):
@@ -44,8 +31,8 @@ def test_true_unknowns_solve_both_systems(seed):
         u += [factor * T[i, j] for i in range(2) for j in range(2)]
     u = np.array(u)
     np.testing.assert_allclose(A @ u, x, atol=1e-9 * np.abs(A * u).max())
-    a, basis = linear_systems.solution_space(A, x)
-    D, y = linear_systems.matrix_d(a, basis, coefficients)
+    a, basis = experiment.solution_space(A, x)
+    D, y = experiment.matrix_d(a, basis, coefficients)
     l1, l2 = np.linalg.lstsq(basis.T, u - a, rcond=None)[0]
     squares = [(scale * centre[2]) ** 2 for scale in scales]
     v = np.array([l1, l2, l1 * l2, l1**2, l2**2, centre[2] ** 2, *squares])
@@ -53,21 +40,21 @@ def test_true_unknowns_solve_both_systems(seed):
 
 
 def test_chapter_and_library_solve_the_same_systems():
-    points, _, _ = linear_systems.scene_points(np.random.default_rng(5))
-    u, coefficients = linear_systems.solve_u(points)
-    square = linear_systems.depth_squared(u, coefficients, printed=False)
+    points, _, _ = experiment.scene_points(np.random.default_rng(5))
+    u, coefficients = experiment.solve_u(points)
+    square = experiment.depth_squared(u, coefficients, printed=False)
     centre = linear_as_printed(*points, tz="corrected").centre
     np.testing.assert_allclose([*u[:2], -np.sqrt(square)], centre, rtol=1e-7)
 
 
 def test_rank_claims_hold_in_a_scene_and_can_fail():
     rng = np.random.default_rng(6)
-    found = flat(linear_trials.rank_a_trial({}, rng))
-    judge = s4_1_claims.judge_rank_a
+    found = flat(experiment.rank_a_trial({}, rng))
+    judge = report.judge_rank_a
     assert verdict(judge, "exp_c2_rank_A", found) == "reproduced"
     assert verdict(judge, "exp_c2_rank_A", found | {"rank": [12, 11]}) == "differs"
-    found = flat(linear_trials.rank_d_trial({}, rng))
-    judge = s4_1_claims.judge_rank_d
+    found = flat(experiment.rank_d_trial({}, rng))
+    judge = report.judge_rank_d
     assert verdict(judge, "exp_c2_rank_D", found) == "reproduced"
     for change in ({"orthonormal.rank": 6}, {"orthonormal.null_entry": 1e-3}):
         assert verdict(judge, "exp_c2_rank_D", found | change) == "differs"
@@ -77,18 +64,18 @@ def test_rank_and_null_entries_of_a_known_matrix():
     matrix = np.eye(6, 8)
     matrix[5] = 0.0
     matrix[:, 2] = 0.0
-    assert linear_systems.rank_of(linear_systems.singular_values(matrix)) == 4
+    assert experiment.rank_of(experiment.singular_values(matrix)) == 4
     matrix = np.zeros((6, 8))
     matrix[[0, 1, 2, 3, 4], [0, 1, 5, 6, 7]] = 1.0
     matrix[2, [3, 4]] = 2.0
-    assert linear_systems.null_entries(matrix) < 1e-12
+    assert experiment.null_entries(matrix) < 1e-12
     matrix[0, 3] = 1.0
-    assert linear_systems.null_entries(matrix) > 0.1
+    assert experiment.null_entries(matrix) > 0.1
 
 
 def test_exactness_needs_right_formulas_and_a_wrong_printed_depth():
-    found = flat(linear_trials.exact_trial({}, np.random.default_rng(7)))
-    judge = s4_1_claims.judge_linear_exact
+    found = flat(experiment.exact_trial({}, np.random.default_rng(7)))
+    judge = report.judge_linear_exact
     assert found["corrected_depth_mm"] < 1e-6
     assert verdict(judge, "exp_c2_linear_exact", found) == "reproduced"
     for change in (
@@ -100,8 +87,8 @@ def test_exactness_needs_right_formulas_and_a_wrong_printed_depth():
 
 
 def test_no_motion_claim_holds_and_can_fail():
-    found = flat(linear_trials.no_motion_trial({}, np.random.default_rng(8)))
-    judge = s4_1_claims.judge_generic_no_motion
+    found = flat(experiment.no_motion_trial({}, np.random.default_rng(8)))
+    judge = report.judge_generic_no_motion
     assert verdict(judge, "exp_c2_generic_no_motion", found) == "reproduced"
     for change in ({"pose_mm": 1e-3}, {"two_pose_deg.wrong": 0.0}):
         values = found | change
@@ -115,35 +102,35 @@ def test_no_motion_claim_holds_and_can_fail():
 def test_solutions_solve_the_equations_and_hold_the_truth(anchors):
     rng = np.random.default_rng(9)
     for _ in range(10):
-        starts, directions, points, depths = three_quadrics.draw_triplet(rng, anchors)
-        found = three_quadrics.real_solutions(starts, directions, points)
+        starts, directions, points, depths = experiment.draw_triplet(rng, anchors)
+        found = experiment.real_solutions(starts, directions, points)
         assert 2 <= len(found) <= 8
         assert len(found) % 2 == 0
         corners = starts + found[..., None] * directions
-        for i, j in three_quadrics.PAIRS:
+        for i, j in experiment.PAIRS:
             gaps = np.linalg.norm(corners[:, i] - corners[:, j], axis=1)
             wanted = np.linalg.norm(points[i] - points[j])
             np.testing.assert_allclose(gaps, wanted, rtol=1e-8)
         assert np.abs(found - depths).max(axis=1).min() < 1e-4
-        paired = three_quadrics.paired_share(found)
+        paired = experiment.paired_share(found)
         assert paired == (1.0 if anchors == "common" else 0.0)
 
 
 def test_solutions_move_with_the_frame_and_scale():
     rng = np.random.default_rng(10)
-    starts, directions, points, _ = three_quadrics.draw_triplet(rng, "distinct")
-    found = three_quadrics.real_solutions(starts, directions, points)
+    starts, directions, points, _ = experiment.draw_triplet(rng, "distinct")
+    found = experiment.real_solutions(starts, directions, points)
     R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    moved = three_quadrics.real_solutions(
+    moved = experiment.real_solutions(
         10 * starts @ R.T + 7.0, directions @ R.T, 10 * points
     )
-    assert three_quadrics.agreement(moved, 10 * found)
+    assert experiment.agreement(moved, 10 * found)
 
 
 def test_eight_solutions_are_judged_both_ways():
     conditions = [{"anchors": name} for name in ("common", "distinct")]
-    found = of_seed(three_quadrics.triplet_trial, conditions)
-    judge = s4_1_claims.judge_pose_eight
+    found = of_seed(experiment.triplet_trial, conditions)
+    judge = report.judge_pose_eight
     assert judge({"exp_c2_pose_eight": found}).verdict == "reproduced"
     good = {"solutions": [4, 8], "paired_share": [1.0, 1.0]}
     for change in ({"solutions": [4, 10]}, {"paired_share": [1.0, 0.75]}):
@@ -152,14 +139,14 @@ def test_eight_solutions_are_judged_both_ways():
 
 
 def test_exercises_of_2_4():
-    assert s4_1_exercises.freedom_of_a() == 3
-    solutions = s4_1_exercises.solutions_of_triangle()
+    assert exercises.freedom_of_a() == 3
+    solutions = exercises.solutions_of_triangle()
     assert len(solutions) == 8
-    depth = s4_1_exercises.DEPTH_MM
-    directions, points = s4_1_exercises.triangle()
+    depth = exercises.DEPTH_MM
+    directions, points = exercises.triangle()
     corners = depth * directions
     side = np.linalg.norm(corners[0] - corners[1])
-    np.testing.assert_allclose(side, s4_1_exercises.SIDE_MM)
+    np.testing.assert_allclose(side, exercises.SIDE_MM)
     np.testing.assert_allclose(np.linalg.norm(points[0] - points[1]), side)
     assert np.abs(solutions).min() < depth
 
@@ -168,12 +155,12 @@ def test_exercises_of_2_4():
 
 
 def test_algorithm_1_reproduces_the_rays_of_a_pinhole():
-    found = flat(s4_page.run_trial({"camera": "pinhole"}, np.random.default_rng(11)))
+    found = flat(page.run_trial({"camera": "pinhole"}, np.random.default_rng(11)))
     assert found["table.largest_deg"] < 1e-6
     assert found["linear.pose_mm"] < 1e-6
-    assert found["others.boards"] == algorithm_1.BOARDS - 3
+    assert found["others.boards"] == experiment.BOARDS - 3
     assert found["table.matrices"] == round(
-        found["table.share"] * algorithm_1.SIZE_PX**2
+        found["table.share"] * experiment.SIZE_PX**2
     )
 
 
@@ -181,10 +168,10 @@ def test_the_numbers_of_2_4_are_read_from_what_the_trials_give():
     made = {
         name: written(replace(plan, trials=3), name)
         for name, plan in {
-            "exp_c2_rank_A": linear_trials.rank_of_a("quick"),
-            "exp_c2_rank_D": linear_trials.rank_of_d("quick"),
+            "exp_c2_rank_A": experiment.rank_of_a("quick"),
+            "exp_c2_rank_D": experiment.rank_of_d("quick"),
         }.items()
     }
-    values = s4_1_claims.values_of_ranks(made)
+    values = report.values_of_ranks(made)
     assert values["s2_4_1_rankA"].value == 12
     assert values["s2_4_1_rankD"].value == 5

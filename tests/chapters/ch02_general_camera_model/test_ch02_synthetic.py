@@ -10,10 +10,9 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.report import (
     cell_text,
     judge_table_coefficients,
 )
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import experiment as trials
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import experiment, page
 from chapters.shared import methods
-from chapters.shared.general import three_planes as three_planes
+from chapters.shared.general import three_planes
 from raxel.geometry import apply_homography
 from repro.run.marks import trial_rng
 from tests.judged_claims import readings
@@ -59,8 +58,8 @@ def test_finite_grids_are_kept_to_and_all_points_are_there():
     assert np.abs(data.points).max() <= 600
     assert draw["accepted_share"] < 0.6
     # A corner of the nearest grid possible: 450 mm away, 150 mm off, tilted by 30.
-    assert trials.widest_angle_deg(data) < 69
-    assert trials.widest_angle_deg(drawn(fov_deg=150)) == pytest.approx(75, abs=2)
+    assert experiment.widest_angle_deg(data) < 69
+    assert experiment.widest_angle_deg(drawn(fov_deg=150)) == pytest.approx(75, abs=2)
 
 
 @pytest.mark.parametrize("domain", ["px", "mm"])
@@ -84,7 +83,7 @@ def test_noise_has_its_size_and_is_independent_between_grids(domain):
 def test_on_fresh_noise_a_ray_of_three_points_costs_what_variances_say():
     """Exact rays leave the point's noise, generic ones 4/3 of its variance more."""
     data = drawn(fov_deg=60, noise=0.5)
-    found = trials.scores(data, methods.METHODS[2:] + ("opencv_fisheye",))
+    found = experiment.scores(data, methods.METHODS[2:] + ("opencv_fisheye",))
     source = {
         name: of["fresh"]["source"]["mean_px"]
         for name, of in found.items()
@@ -113,7 +112,7 @@ def test_points_of_noisy_pixels_lie_on_their_rays():
 @pytest.mark.parametrize("linear", ["as printed", "well conditioned"])
 def test_generic_rays_are_exact_without_noise(linear):
     data = drawn(trial=1)
-    directions = trials.calibrate_generic(data, linear)
+    directions = experiment.calibrate_generic(data, linear)
     true = data.camera.rays(data.pixels).directions
     to_camera = data.grids[0][:3, :3]
     assert np.abs(directions @ to_camera.T - true).max() < 1e-6
@@ -121,7 +120,7 @@ def test_generic_rays_are_exact_without_noise(linear):
 
 def test_parametric_method_is_exact_on_a_lens_it_can_describe():
     data = drawn(law="lens", fov_deg=60)
-    camera = trials.calibrate_parametric(data)
+    camera = experiment.calibrate_parametric(data)
     true = data.camera.rays(data.pixels).directions
     # OpenCV takes single precision only, so exactness ends near 1e-5.
     assert np.abs(camera.rays(data.pixels).directions - true).max() < 1e-4
@@ -150,8 +149,8 @@ def test_central_focal_is_the_focal_length():
 @pytest.mark.parametrize("domain", ["px", "mm"])
 def test_projection_laws_share_rays_and_noise(domain):
     case = {"fov_deg": 90, "noise": 0.5, "domain": domain, "extent": "unbounded"}
-    measured = trials.measure_laws(case, trial_rng("test", case, 0))
-    assert list(measured) == list(trials.LAWS)
+    measured = experiment.measure_laws(case, trial_rng("test", case, 0))
+    assert list(measured) == list(experiment.LAWS)
     first = measured["equidistance"]
     rays = first.camera.rays(first.pixels).directions
     for law, data in measured.items():
@@ -171,10 +170,10 @@ def test_projection_laws_share_rays_and_noise(domain):
 
 def test_each_scale_has_its_own_correlation_with_grazing_angles():
     data = drawn(fov_deg=150, noise=0.5)
-    generic = trials.score_generic(data, 300.0, "well conditioned")["clean"]
+    generic = experiment.score_generic(data, 300.0, "well conditioned")["clean"]
     # The corrected view is stretched where rays graze, the source image is not:
     # exact rays seem to suffer there as generic ones do.
-    for found in (generic, trials.score_exact(data, 300.0)):
+    for found in (generic, experiment.score_exact(data, 300.0)):
         corrected = found["corrected"]["grazing_spearman"]
         source = found["source"]["grazing_spearman"]
         assert corrected > source + 0.1
@@ -186,7 +185,7 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
     def refuse(*_, **__):
         raise CalibrationError("no real solution", code="no-real-solution")
 
-    monkeypatch.setitem(trials.STARTS, "as printed", refuse)
+    monkeypatch.setitem(experiment.STARTS, "as printed", refuse)
     case = BASE | {"noise": 0.5}
     out = page.trial(case, trial_rng("test", case, 0))
     assert out["generic_as_printed"] == {"failed": "no-real-solution"}

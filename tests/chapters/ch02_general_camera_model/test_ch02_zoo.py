@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s2_camera_models import exercises
-from chapters.ch02_general_camera_model.s2_camera_models import report as results
+from chapters.ch02_general_camera_model.s2_camera_models import exercises, report
 from chapters.shared.general.zoo import SIZE_PX, ZOO, K_of, camera, made
 from raxel.cameras import CAMERAS, centrality
 
@@ -43,8 +42,8 @@ def test_parameters_are_counted_as_the_page_says(name, count):
 
 
 def test_cubics_of_space_points_and_of_image_points():
-    assert results.free_of_cubics(3) == 4 * 20 - 2
-    assert results.free_of_cubics(2) == camera("rational cubic").parameters
+    assert report.free_of_cubics(3) == 4 * 20 - 2
+    assert report.free_of_cubics(2) == camera("rational cubic").parameters
 
 
 @pytest.mark.parametrize("name", ZOO)

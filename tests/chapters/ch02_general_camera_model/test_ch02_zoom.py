@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from chapters.ch02_general_camera_model.s5_2_real_data import experiment as true_centre
-from chapters.ch02_general_camera_model.s5_2_real_data import experiment as zoom_scores
+from chapters.ch02_general_camera_model.s5_2_real_data import experiment
 from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_runs
-from chapters.shared.general import facade as facade
-from chapters.shared.general import three_planes as three_planes
+from chapters.shared.general import facade, three_planes
 from chapters.shared.methods import SCORINGS
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
@@ -30,7 +28,7 @@ def seen(camera, vector, shift):
 
 def test_the_true_camera_leaves_no_residual():
     view, _ = seen(LENS, [0.3, -0.2, 0.5], [10.0, -5.0, 180.0])
-    found = zoom_scores.residuals_of(LENS, [view])[0]
+    found = experiment.residuals_of(LENS, [view])[0]
     pixels, corrected, source, left_out = found
     assert left_out == 0
     assert len(pixels) == 108
@@ -43,7 +41,7 @@ def test_residuals_of_both_scales_agree_at_the_centre():
     view, _ = seen(LENS, [0.0, 0.0, 0.0], [0.0, 0.0, 5000.0])
     noise = np.random.default_rng(0).normal(0, 0.2, view.pixels.shape)
     view = view._replace(pixels=view.pixels + noise)
-    _, corrected, source, _ = zoom_scores.residuals_of(LENS, [view])[0]
+    _, corrected, source, _ = experiment.residuals_of(LENS, [view])[0]
     assert np.allclose(corrected, source, atol=2e-3)
 
 
@@ -52,8 +50,8 @@ def test_a_wrong_law_leaves_a_radial_pattern_that_turns_round():
         [[250.0, 0, 319.5], [0, 250.0, 239.5], [0, 0, 1]], [], 640, 480
     )
     views = [seen(LENS, [0.0, 0.0, k], [0.0, 0.0, 120.0])[0] for k in (0.0, 0.4, 0.9)]
-    boards = zoom_scores.residuals_of(pinhole, views)
-    found = zoom_scores.radial_bias(boards, np.array([320.0, 240.0]))
+    boards = experiment.residuals_of(pinhole, views)
+    found = experiment.radial_bias(boards, np.array([320.0, 240.0]))
     inner, outer = found["corrected"]["q2"], found["corrected"]["q5"]
     assert inner["mean_px"] * outer["mean_px"] < 0
     assert inner["p"] < 0.01
@@ -64,10 +62,10 @@ def test_morans_index_tells_a_field_from_noise():
     rng = np.random.default_rng(1)
     places = BOARD.points()
     smooth = np.column_stack([np.sin(places[:, 0] / 40), np.cos(places[:, 1] / 40)])
-    index, p = zoom_scores.moran(places, smooth, rng)
+    index, p = experiment.moran(places, smooth, rng)
     assert index > 0.5
     assert p == pytest.approx(1 / 1000)
-    chance = [zoom_scores.moran(places, rng.normal(size=(108, 2)), rng)[1]
+    chance = [experiment.moran(places, rng.normal(size=(108, 2)), rng)[1]
               for _ in range(40)]  # fmt: skip
     # p is uniform without a pattern: 40 draws rarely have more than 4 below 0.02.
     assert np.count_nonzero(np.array(chance) < 0.02) <= 4
@@ -85,17 +83,17 @@ def test_steps_of_a_stage_come_back_in_both_frames():
         BoardView(LENS.project(transform(T, flat)).pixels, BOARD.points(), 12, 9)
         for T in poses
     ]
-    found = zoom_scores.stage_poses(LENS, views)
-    steps = zoom_scores.steps_of(found)
+    found = experiment.stage_poses(LENS, views)
+    steps = experiment.steps_of(found)
     assert np.allclose(steps["grid"], [25.0, 0, 0], atol=1e-6)
     assert np.allclose(steps["camera"], 25 * along, atol=1e-6)
-    scatter = zoom_scores.scatter_of(steps["grid"])
+    scatter = experiment.scatter_of(steps["grid"])
     assert scatter["step_mm"] == pytest.approx(25)
     assert scatter["deviation_mm"] < 1e-6
 
 
 def test_the_true_centre_is_that_of_the_base_grids_frame():
-    out = true_centre.centre_trial({}, np.random.default_rng(3))
+    out = experiment.centre_trial({}, np.random.default_rng(3))
     for linear in ("as printed", "well conditioned"):
         assert out[linear]["centre_error_mm"] > 0
         for scoring in SCORINGS:
@@ -103,16 +101,16 @@ def test_the_true_centre_is_that_of_the_base_grids_frame():
 
 
 def test_without_noise_the_true_centre_leaves_nothing():
-    scene = true_centre.SCENE | {"noise": 0.0}
+    scene = experiment.SCENE | {"noise": 0.0}
     data, _ = three_planes.measure(scene, np.random.default_rng(0))
     T_base_grid = inverse_pose(data.grids[0]) @ data.grids
-    left = true_centre.rms_of(data, inverse_pose(data.grids[0])[:3, 3], T_base_grid)
+    left = experiment.rms_of(data, inverse_pose(data.grids[0])[:3, 3], T_base_grid)
     assert max(max(scales.values()) for scales in left.values()) < 1e-6
 
 
 def test_a_homography_removes_a_plane_and_leaves_distortion():
     for seed in range(5):
-        out = true_centre.homography_trial({}, np.random.default_rng(seed))
+        out = experiment.homography_trial({}, np.random.default_rng(seed))
         assert out["without_px"] < 1e-8
         assert out["with_px"] > 0.05
 

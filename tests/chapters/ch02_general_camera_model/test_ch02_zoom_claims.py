@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s5_2_real_data import claims as s5_2_claims
-from chapters.ch02_general_camera_model.s5_2_real_data import report as s5_2_results
-from chapters.ch02_general_camera_model.s5_2_real_data import report as s5_2_tables
+from chapters.ch02_general_camera_model.s5_2_real_data import claims, report
 from chapters.ch02_general_camera_model.s5_2_real_data.experiment import SETS
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
     report as s5_3_claims,
 )
-from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
-    report as s5_3_results,
-)
-from chapters.shared.general import interpretations as synthetic_readings
+from chapters.shared.general import interpretations
 from chapters.shared.general.interpretations import (
     IN_PAIRS,
     OF_SEEDS,
@@ -65,11 +60,11 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
         if name == "widest_angle_deg":
             return np.full(TRIALS, covered)
         slope = 5.0 if name.startswith("parametric") else 0.5
-        level = s5_2_results.distortion_level(covered)
+        level = report.distortion_level(covered)
         return spread_about(np.exp(slope * level), 0.01, condition["fov_deg"])
 
     readings = readings_of(
-        s5_2_claims.judge_depends_on_distortion,
+        claims.judge_depends_on_distortion,
         {"fig_2_3_fov": OfLaw("fig_2_3_fov", values, TRIALS)}
         | rising_with_level(*sets),
     )
@@ -77,14 +72,14 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
     # All options about Fig. 2.3 and about Table 2.2; three more of the laboratory, with
     # the first ones of all but where and how the sets' residual is measured.
-    options = map(len, synthetic_readings.SYNTHETIC_NAMES.values())
+    options = map(len, interpretations.SYNTHETIC_NAMES.values())
     assert len(readings) == 4 * np.prod([*options]) + 3 * 8
 
 
 def test_distortion_level_of_the_equidistance_law():
     # r / r_pinhole = f theta / (f tan theta), smallest at the widest angle.
-    assert s5_2_results.distortion_level(45) == pytest.approx(1 - np.pi / 4)
-    levels = [s5_2_results.distortion_level(fov / 2) for fov in FOVS_DEG]
+    assert report.distortion_level(45) == pytest.approx(1 - np.pi / 4)
+    levels = [report.distortion_level(fov / 2) for fov in FOVS_DEG]
     assert np.all(np.diff(levels) > 0)
 
 
@@ -101,7 +96,7 @@ def of_zoom(parametric, generic):
 @pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
 def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
     made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
-    readings = readings_of(s5_2_claims.judge_generic_flat, made)
+    readings = readings_of(claims.judge_generic_flat, made)
     assert {r.verdict for r in readings} == {verdict}
     assert len(readings) == 16 + 3 * 8
 
@@ -111,7 +106,7 @@ def test_a_failed_generic_seed_counts_against_it(failed, verdict):
     generic = np.full(TRIALS, 1.0)
     generic[:failed] = np.nan
     made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
-    readings = readings_of(s5_2_claims.judge_parametric_worse, made)
+    readings = readings_of(claims.judge_parametric_worse, made)
     assert {r.verdict for r in readings} == {verdict}
     assert readings[0].regenerated == pytest.approx(1 - failed / TRIALS)
 
@@ -125,9 +120,7 @@ def test_radial_bias_must_turn_round(inner, verdict):
         return np.full(TRIALS, 0.5 if outer else inner)
 
     made = of_seeds(values)
-    assert {r.verdict for r in readings_of(s5_2_claims.judge_radial_bias, made)} == {
-        verdict
-    }
+    assert {r.verdict for r in readings_of(claims.judge_radial_bias, made)} == {verdict}
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
@@ -136,7 +129,7 @@ def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
         return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
 
     made = of_seeds(values)
-    assert {r.verdict for r in readings_of(s5_2_claims.judge_no_radial_bias, made)} == {
+    assert {r.verdict for r in readings_of(claims.judge_no_radial_bias, made)} == {
         verdict
     }
 
@@ -149,9 +142,7 @@ def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
     made = of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
         "fig_2_5_true_centre": of_centre(spread_about(ratio))
     }
-    assert {r.verdict for r in readings_of(s5_2_claims.judge_systematic, made)} == {
-        verdict
-    }
+    assert {r.verdict for r in readings_of(claims.judge_systematic, made)} == {verdict}
 
 
 def of_centre(ratios):
@@ -174,12 +165,12 @@ def scattered(name, better):
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
 def test_motion_is_won_by_the_smaller_scatter(better, verdict):
-    readings = readings_of(s5_2_claims.judge_motion, scatter(better, missing=0))
+    readings = readings_of(claims.judge_motion, scatter(better, missing=0))
     assert {r.verdict for r in readings} == {verdict}
 
 
 def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
-    readings = readings_of(s5_2_claims.judge_motion, scatter(3.0, missing=2))
+    readings = readings_of(claims.judge_motion, scatter(3.0, missing=2))
     assert {r.verdict for r in readings} == {"reproduced"}
     assert "2 failed with the parametric" in readings[0].reason
 
@@ -189,7 +180,7 @@ def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
             found[:40] = np.nan
         return found
 
-    readings = readings_of(s5_2_claims.judge_motion, of_seeds(values))
+    readings = readings_of(claims.judge_motion, of_seeds(values))
     assert {r.verdict for r in readings} == {"differs"}
     assert "40 with the generic" in readings[0].reason
 
@@ -200,11 +191,11 @@ def test_failed_trials_of_the_true_centre_are_told():
     made = of_seeds(lambda name, condition: np.full(TRIALS, 0.001)) | {
         "fig_2_5_true_centre": of_centre(ratios)
     }
-    assert "3 failed" in readings_of(s5_2_claims.judge_systematic, made)[0].reason
+    assert "3 failed" in readings_of(claims.judge_systematic, made)[0].reason
 
 
 def test_a_failed_seed_is_the_worst_of_a_median():
-    assert s5_2_results.typical(np.array([1.0, np.nan, np.nan])) == np.inf
+    assert report.typical(np.array([1.0, np.nan, np.nan])) == np.inf
 
 
 def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
@@ -226,7 +217,7 @@ def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
 def test_table_2_2_names_the_printed_number_of_each_median():
     made = of_seeds(lambda name, condition: np.full(TRIALS, condition["zoom"]))
     results = made | {"table_2_2_rendered": made["table_2_2_redrawn"]}
-    found = s5_2_tables.table_2_2(results)
+    found = report.table_2_2(results)
     assert len(found.columns["Method"]) == 4
     assert [cell.value for cell in found.columns["Set 2 (px)"]] == [2.0] * 4
     assert found.columns["Method"][2] == "central generic, as printed"
@@ -238,12 +229,12 @@ def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
     redrawn, rendered = (
         OfLaw(SETS, lambda name, condition: spread_about(2.0), n) for n in (50, 3)
     )
-    check = s5_2_tables.agreement(redrawn, rendered)
+    check = report.agreement(redrawn, rendered)
     assert check.holds
     assert "no difference shown" in check.text
     assert "times those of 3 rendered" in check.text
     other = OfLaw(SETS, lambda name, condition: spread_about(9.0), 3)
-    assert not s5_2_tables.agreement(redrawn, other).holds
+    assert not report.agreement(redrawn, other).holds
 
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
@@ -257,7 +248,7 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
     assert {r.verdict for r in readings} == {verdict}
     assert "1 failed with the parametric" in readings[0].reason
     made = ZoomCase(of_seeds(lambda name, condition: [1.0, np.nan, np.nan], 3))
-    assert s5_3_results.line_median(made, "generic") == np.inf
+    assert s5_3_claims.line_median(made, "generic") == np.inf
 
 
 def test_the_part_of_fig_2_7_is_where_an_edge_leaves_the_boards_and_bends_most():
@@ -269,9 +260,9 @@ def test_the_part_of_fig_2_7_is_where_an_edge_leaves_the_boards_and_bends_most()
         "parametric": np.stack([straight, bent]),
         "generic_as_printed": np.stack([seen, seen]),
     }
-    found = s5_3_results.distances(edges)
+    found = s5_3_claims.distances(edges)
     assert np.nanmax(found["generic_as_printed"]) < 1e-12
     assert np.allclose(found["parametric"][1], bent[:, 1] - 5.0)
-    number, at = s5_3_results.most_bent(edges)
+    number, at = s5_3_claims.most_bent(edges)
     assert number == 1
     assert np.allclose(at, [(9 + 19) / 2, 5 + 5 / 2])

@@ -5,14 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_4_active_grid_images import claims
-from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as filters
-from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as native
-from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as straight
-from chapters.ch03_planar_grids.s3_4_active_grid_images import report as results
-from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as corners
-from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as facets
-from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as metric_search
+from chapters.ch03_planar_grids.s3_4_active_grid_images import (
+    claims,
+    experiment,
+    report,
+    scenes,
+)
 from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import intersect_rays_plane
@@ -37,9 +35,7 @@ def pixels_of(height, width):
     return np.moveaxis(np.indices((height, width), float)[::-1], 0, 2)
 
 
-@pytest.mark.parametrize(
-    "search", [metric_search.at_four_pixels, metric_search.by_local_fit]
-)
+@pytest.mark.parametrize("search", [scenes.at_four_pixels, scenes.by_local_fit])
 def test_a_place_is_found_between_pixels(search):
     pixels = pixels_of(60, 80)
     location = apply_homography(H_MM_PX, pixels.reshape(-1, 2)).reshape(60, 80, 2)
@@ -58,14 +54,14 @@ def test_a_corner_that_no_pixel_decoded_starts_where_the_others_say():
     exact = apply_homography(np.linalg.inv(H_MM_PX), metric)
     lacking = exact.copy()
     lacking[[0, 7]] = np.nan
-    assert (corners.starts(lacking, metric) == np.rint(exact)).all()
-    assert corners.residual_of(lacking, metric)["lost"] == 2
+    assert (scenes.starts(lacking, metric) == np.rint(exact)).all()
+    assert scenes.residual_of(lacking, metric)["lost"] == 2
 
 
 def test_no_three_of_four_pixels_are_in_a_row():
     row = [[0, 0], [1, 0], [2, 0], [3, 0], [0, 1], [1, 1]]
-    assert metric_search.first_four(np.array(row, float)) == (0, 1, 4, 5)
-    assert metric_search.first_four(np.array(row[:4], float)) is None
+    assert scenes.first_four(np.array(row, float)) == (0, 1, 4, 5)
+    assert scenes.first_four(np.array(row[:4], float)) is None
 
 
 def test_an_edge_is_found_where_it_is_steepest():
@@ -75,22 +71,22 @@ def test_an_edge_is_found_where_it_is_steepest():
     picture = 40 + 160 / (1 + np.exp(-away / 0.6))
     path = np.column_stack([np.arange(20.0, 100, 4), np.full(20, 40.2)])
     path[:, 1] -= np.tan(0.2) * (path[:, 0] - 60.3)
-    found = straight.edge_points(picture, path + [0.0, 1.3])
+    found = experiment.edge_points(picture, path + [0.0, 1.3])
     assert np.abs((found - [60.3, 40.2]) @ normal).max() < 0.1
-    even = straight.edge_points(np.full((80, 120), 90.0), path)
+    even = experiment.edge_points(np.full((80, 120), 90.0), path)
     assert np.isnan(even).all()
-    assert straight.bend(found) < 0.001
+    assert experiment.bend(found) < 0.001
 
 
 def test_points_of_another_edge_are_left_out_of_a_curve():
     x = np.linspace(0, 200, 51)
     points = np.column_stack([x, 0.001 * (x - 100) ** 2])
     points[[7, 30], 1] += 2.0
-    kept = straight.smooth_run(points)
+    kept = experiment.smooth_run(points)
     assert not kept[[7, 30]].any()
     assert kept.sum() == 49
     # An arc of sagitta s is a third and two thirds of s from its best line.
-    assert straight.bend(points[kept]) == pytest.approx(10 * 2 / 3 / 200, rel=0.05)
+    assert experiment.bend(points[kept]) == pytest.approx(10 * 2 / 3 / 200, rel=0.05)
 
 
 def test_the_lean_of_a_vertical_follows_from_the_pose():
@@ -99,13 +95,13 @@ def test_the_lean_of_a_vertical_follows_from_the_pose():
     ends = np.array([[600.0, -900, 2500], [600.0, 700, 2500]])
     rays = ends / np.linalg.norm(ends, axis=1, keepdims=True)
     met = intersect_rays_plane(np.zeros((1, 3)), rays, T).points
-    wanted = straight.angle_from_columns(met[1] - met[0])
-    places = met / straight.MM_PER_PX - 0.5
-    assert straight.predicted_lean(T, places) == pytest.approx(wanted, abs=1e-9)
-    assert straight.pitch_of(T) == pytest.approx(-8.0, abs=0.1)
+    wanted = experiment.angle_from_columns(met[1] - met[0])
+    places = met / experiment.MM_PER_PX - 0.5
+    assert experiment.predicted_lean(T, places) == pytest.approx(wanted, abs=1e-9)
+    assert experiment.pitch_of(T) == pytest.approx(-8.0, abs=0.1)
     # Without a pitch all verticals are upright.
     level = pose(np.eye(3), [-180, -140, 130])
-    assert straight.predicted_lean(level, places) == pytest.approx(0, abs=1e-9)
+    assert experiment.predicted_lean(level, places) == pytest.approx(0, abs=1e-9)
 
 
 def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
@@ -114,24 +110,24 @@ def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
     metric = np.stack(np.meshgrid([10.0, 16, 22], [12.0, 18, 24]), axis=-1)
     metric = metric.reshape(-1, 2)
     everywhere = np.ones((60, 80), bool)
-    corners = facets.visible_corners(truth, metric, everywhere)
+    corners = scenes.visible_corners(truth, metric, everywhere)
     assert np.isfinite(corners).all()
     inside = (truth > metric[0] + 1) & (truth < metric[-1] - 1)
     inside = inside.all(axis=2)
-    assert facets.share_right(corners, metric, truth, inside, 0.6) > 0.95
+    assert scenes.share_right(corners, metric, truth, inside, 0.6) > 0.95
     corners[4] = np.nan  # all squares have this corner
-    assert facets.share_right(corners, metric, truth, inside, 0.6) == 0
+    assert scenes.share_right(corners, metric, truth, inside, 0.6) == 0
 
 
 def test_corners_that_are_cut_off_are_not_measured():
     metric = np.stack(np.meshgrid([12.0, 24, 36], [12.0, 24]), axis=-1).reshape(-1, 2)
-    v, u = (facets.MM_PER_PX * (np.mgrid[:120, :160] + 0.5) - 12) / 12
+    v, u = (scenes.MM_PER_PX * (np.mgrid[:120, :160] + 0.5) - 12) / 12
     value = np.clip(8 * np.sin(np.pi * u) * np.sin(np.pi * v), -1, 1)
     laid = np.rint(128 + 100 * value).astype(np.uint8)
     seen = np.ones(laid.shape, bool)
-    assert facets.corner_errors(laid, seen, metric + 0.05).max() < 0.12
+    assert scenes.corner_errors(laid, seen, metric + 0.05).max() < 0.12
     seen[:, 90:] = False
-    off = facets.corner_errors(laid, seen, metric + 0.05)
+    off = scenes.corner_errors(laid, seen, metric + 0.05)
     np.testing.assert_array_equal(np.isfinite(off), [True, True, False] * 2)
 
 
@@ -142,7 +138,7 @@ def test_options_stand_alone_where_the_ledger_says_so():
 
 def test_the_names_of_the_trials_cover_the_options_of_the_ledger():
     known = open_questions(ROOT)
-    for question, names in results.NAMES.items():
+    for question, names in report.NAMES.items():
         assert list(names) == known[question]["options"]
 
 
@@ -151,7 +147,7 @@ def test_verticals_are_compared_from_the_outermost_left_to_the_outermost_right()
         vertical=np.array([True, False, True, True]),
         place=np.array([[30.0, 0], [5, 0], [10, 0], [90, 0]]),
     )
-    assert results.spread_between(lines, np.array([1.0, 50, -4, 7])) == 11
+    assert report.spread_between(lines, np.array([1.0, 50, -4, 7])) == 11
 
 
 def table_3_8(binned, native, falling):
@@ -175,8 +171,8 @@ def table_3_8(binned, native, falling):
         return values
 
     return {
-        results.CORNERS: as_planned(results.CORNERS, of(binned, 1)),
-        results.NATIVE: as_planned(results.NATIVE, of(native, -1 if falling else 1)),
+        report.CORNERS: as_planned(report.CORNERS, of(binned, 1)),
+        report.NATIVE: as_planned(report.NATIVE, of(native, -1 if falling else 1)),
     }
 
 
@@ -197,25 +193,29 @@ def test_table_3_8_is_judged_in_binned_and_in_native_pixels(judge):
 
 def test_the_raster_has_dark_frames_and_a_mean_of_one():
     fine = (np.arange(1000) + 0.5) / 250
-    share = native.opened(fine, 1 / 250)
+    share = experiment.opened(fine, 1 / 250)
     assert share.mean() == pytest.approx(1)
-    assert native.opened(np.array([3.0]), 0.15) == 0
-    assert native.opened(np.array([3.5]), 0.15) == pytest.approx(1 / native.APERTURE)
+    assert experiment.opened(np.array([3.0]), 0.15) == 0
+    assert experiment.opened(np.array([3.5]), 0.15) == pytest.approx(
+        1 / experiment.APERTURE
+    )
 
 
 def test_native_pixels_see_the_raster_and_corners_where_they_are():
-    rig = native.rig_of(native.RIG)
-    camera = native.NativeCamera(rig, rig.draw_poses(np.random.default_rng(5), 1)[0])
+    rig = experiment.rig_of(experiment.RIG)
+    camera = experiment.NativeCamera(
+        rig, rig.draw_poses(np.random.default_rng(5), 1)[0]
+    )
     white = np.full((1, 1024, 1024), 255, np.uint8)
-    light = native.light_of_patch(camera, white, np.array([1900, 1300]), 20)[0]
+    light = experiment.light_of_patch(camera, white, np.array([1900, 1300]), 20)[0]
     spectrum = np.abs(np.fft.rfft(light.mean(axis=0) * np.hanning(41)))
     period = 41 / (10 + spectrum[10:].argmax())
     pitch_mm = 301.5 / 1024
     assert period == pytest.approx(pitch_mm * camera.K[0, 0] / 429, rel=0.05)
     assert 0.03 < np.ptp(light.mean(axis=0)) / light.mean() < 0.4
-    for condition in native.native_conditions("quick"):
-        found = native.native_trial(condition, np.random.default_rng(5))
-        grids = {"near": ["local fit"], native.NO_RASTER: []}[condition["case"]]
+    for condition in experiment.native_conditions("quick"):
+        found = experiment.native_trial(condition, np.random.default_rng(5))
+        grids = {"near": ["local fit"], experiment.NO_RASTER: []}[condition["case"]]
         for method in ("derivative", "OpenCV", "saddle point", *grids):
             assert found[method]["lost"] == 0
             assert found[method]["rms_true_px"] < 0.1
@@ -224,7 +224,7 @@ def test_native_pixels_see_the_raster_and_corners_where_they_are():
 def test_without_the_raster_an_edge_has_its_share_of_a_sample():
     shown = np.repeat([[[0.0, 0.0, 1.0, 1.0]]], 4, axis=1)
     x, y = np.meshgrid(1.9 + 0.1 * np.arange(3), 2 + 0.1 * np.arange(3))
-    light = native.without_raster(shown, np.stack([x, y], axis=-1))
+    light = experiment.without_raster(shown, np.stack([x, y], axis=-1))
     np.testing.assert_allclose(light[0], [[0, 0.5, 1]] * 3, atol=1e-9)
 
 
@@ -236,8 +236,8 @@ def test_no_parameters_are_judged_by_the_size_of_squares_and_by_the_filters():
             left = near if condition["case"] == "near" else far
             return {
                 f"{which}.{search}.{lens}mean": mean
-                for which, mean in zip(filters.FILTERS, left, strict=True)
-                for search in filters.SEARCHES
+                for which, mean in zip(experiment.FILTERS, left, strict=True)
+                for search in experiment.SEARCHES
                 for lens in ("", "true_lens.")
             }
 

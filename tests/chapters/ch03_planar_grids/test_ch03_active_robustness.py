@@ -6,10 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment as sweeps
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment as viewing
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as claims
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as results
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment, report
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.places import pixels_of
@@ -34,37 +31,37 @@ def second_grid(noise=0.0):
 
 def test_a_residual_is_the_rms_of_what_a_homography_leaves():
     corners = 15 + POINTS
-    assert sweeps.residual_mm(corners, second_grid(), POINTS) < 1e-3
+    assert experiment.residual_mm(corners, second_grid(), POINTS) < 1e-3
     off = corners + np.random.default_rng(1).normal(0, 0.1, corners.shape)
-    left = sweeps.residual_mm(off, second_grid(), POINTS)
+    left = experiment.residual_mm(off, second_grid(), POINTS)
     # Both axes, less the eight numbers of the homography; a px is a mm here.
     assert left == pytest.approx(0.1 * np.sqrt(2 - 8 / 225), rel=0.12)
-    own = sweeps.residual_mm(corners, second_grid(noise=0.05), POINTS)
+    own = experiment.residual_mm(corners, second_grid(noise=0.05), POINTS)
     assert own > 0.03
     off[:112] = np.nan
-    assert sweeps.residual_mm(off, second_grid(), POINTS) == pytest.approx(
+    assert experiment.residual_mm(off, second_grid(), POINTS) == pytest.approx(
         left, rel=0.2
     )
     off[112] = np.nan
-    assert np.isnan(sweeps.residual_mm(off, second_grid(), POINTS))
+    assert np.isnan(experiment.residual_mm(off, second_grid(), POINTS))
 
 
 def test_windows_follow_the_least_square():
-    assert sweeps.min_step(POINTS) == pytest.approx(4)
+    assert experiment.min_step(POINTS) == pytest.approx(4)
     for step, window in ((60, 29), (36, 17), (20, 9), (4, 5)):
-        assert sweeps.window_of(step / 4 * POINTS) == window
+        assert experiment.window_of(step / 4 * POINTS) == window
 
 
 def test_noise_is_one_draw_for_all_exposures_and_blur_comes_first():
     flat = np.full((1, 80, 80), 100, np.uint8)
     asked = {"blur_px": 0, "noise_grey": 4}
     rng = np.random.default_rng(0)
-    one, other = sweeps.degraded([flat, flat + 50], asked, rng)
+    one, other = experiment.degraded([flat, flat + 50], asked, rng)
     np.testing.assert_array_equal(other.astype(int) - one, 50)
     assert one.std() == pytest.approx(np.sqrt(16 + 1 / 12), rel=0.05)
     edge = np.zeros((1, 80, 80), np.uint8)
     edge[..., 40:] = 200
-    soft = sweeps.degraded([edge], {"blur_px": 3, "noise_grey": 0}, rng)[0][0]
+    soft = experiment.degraded([edge], {"blur_px": 3, "noise_grey": 0}, rng)[0][0]
     slope = np.diff(soft[40].astype(float))
     spread = np.average((np.arange(79) - 39) ** 2, weights=slope)
     assert np.sqrt(spread) == pytest.approx(3, rel=0.05)
@@ -77,11 +74,11 @@ def test_a_brighter_picture_is_the_file_of_more_light():
     light = rng.uniform(0.05, 0.6, (60, 40))
     light[20:25, 10:15] = 0.95
     sensor = Sensor(9e6, 1e7, blooming=0.5, gamma=2.2)
-    more = replace(sensor, white_e=9e6 * sweeps.GAIN)
+    more = replace(sensor, white_e=9e6 * experiment.GAIN)
     taken = sensor.expose(light, rng)
-    made = sweeps.brighter(taken, sensor).astype(int)
+    made = experiment.brighter(taken, sensor).astype(int)
     assert np.abs(made - more.expose(light, rng)).max() <= 3
-    dry = sweeps.brighter(taken, replace(sensor, blooming=0))
+    dry = experiment.brighter(taken, replace(sensor, blooming=0))
     assert (made > dry)[[19, 25], 10:15].all()
     np.testing.assert_array_equal(made[:, 20], dry[:, 20])
 
@@ -92,13 +89,13 @@ def test_wells_that_overflow_take_no_corners():
     """
     rig = rig_named("monitor-d200-small")
     poses = rig.draw_poses(np.random.default_rng(0), len(rig.poses.names))
-    patterns, pictures = sweeps.patterns_taken(rig, poses[0], [0])
-    bright = [sweeps.brighter(picture, rig.sensor) for picture in pictures]
+    patterns, pictures = experiment.patterns_taken(rig, poses[0], [0])
+    bright = [experiment.brighter(picture, rig.sensor) for picture in pictures]
     points = rig.target.chessboard_points()
-    found = pixels_of(sweeps.location_of(bright, patterns, rig.target), points)
+    found = pixels_of(experiment.location_of(bright, patterns, rig.target), points)
     assert np.isfinite(found).all()
     chosen = decode(np.asarray(bright, np.uint16), patterns, rig.target)
-    assert chosen.margin_px == sweeps.MARGIN_PX
+    assert chosen.margin_px == experiment.MARGIN_PX
     # Those that overflow are clipped, and left out as such.
     kept = np.isfinite(pixels_of(chosen.location, points)[:, 0])
     assert kept.mean() > 0.5
@@ -113,14 +110,18 @@ def swept(residual, floor=(0.5, 0.5, 0.5)):
 
     def trial(condition, rng):
         at = condition["sweep"], condition["level"]
-        methods = {method: residual(*at, method) for method in sweeps.METHODS}
+        methods = {method: residual(*at, method) for method in experiment.METHODS}
         true = floor[int(condition["set"][-1])]
-        known = dict.fromkeys(sweeps.SECOND_GRIDS, methods | {sweeps.TRUE: true})
-        known |= {"off_px": methods | {sweeps.TRUE: 0.0}}
-        known |= {"lost": dict.fromkeys(sweeps.METHODS, 2)}
-        return dict.fromkeys(sweeps.EXPOSURES, dict.fromkeys(sweeps.WINDOWS, known))
+        known = dict.fromkeys(
+            experiment.SECOND_GRIDS, methods | {experiment.TRUE: true}
+        )
+        known |= {"off_px": methods | {experiment.TRUE: 0.0}}
+        known |= {"lost": dict.fromkeys(experiment.METHODS, 2)}
+        return dict.fromkeys(
+            experiment.EXPOSURES, dict.fromkeys(experiment.WINDOWS, known)
+        )
 
-    return written(Plan(trial, sweeps.conditions("full"), 1, sweeps.SETTINGS))
+    return written(Plan(trial, experiment.conditions("full"), 1, experiment.SETTINGS))
 
 
 def judged(judge, residual, **options):
@@ -131,10 +132,10 @@ def judged(judge, residual, **options):
 def by_measure(judge, residual, **options):
     """Verdicts by what tells how far corners are off."""
     readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual, **options)})
-    found = {measure: set() for measure in (results.BY_GRID, results.BY_TRUTH)}
+    found = {measure: set() for measure in (report.BY_GRID, report.BY_TRUTH)}
     for one in readings:
         found[one.reading["corner_measure"]].add(one.verdict)
-    return found[results.BY_GRID], found[results.BY_TRUTH]
+    return found[report.BY_GRID], found[report.BY_TRUTH]
 
 
 def failed(sweep, level, method):
@@ -146,37 +147,39 @@ def behind(sweep, level, method):
 
 
 def ahead(sweep, level, method):
-    return 1.0 if method == sweeps.ACTIVE else 1.1
+    return 1.0 if method == experiment.ACTIVE else 1.1
 
 
 def behind_in_noise(sweep, level, method):
-    return ahead(sweep, level, method) + (sweep == "noise" and method == sweeps.ACTIVE)
+    return ahead(sweep, level, method) + (
+        sweep == "noise" and method == experiment.ACTIVE
+    )
 
 
 def test_claims_hold_and_fail_with_the_residuals():
-    judges = claims.judge_active_distance, claims.judge_active_orientation
-    for judge in (*judges, claims.judge_active_noise, claims.judge_active_best):
+    judges = report.judge_active_distance, report.judge_active_orientation
+    for judge in (*judges, report.judge_active_noise, report.judge_active_best):
         assert judged(judge, ahead) == {"reproduced"}
         assert judged(judge, behind) == {"differs"}
         assert judged(judge, failed) == {"differs"}
     # Five levels of noise of 22 conditions: best in 77 %.
-    assert judged(claims.judge_active_best, behind_in_noise) == {"differs"}
-    assert judged(claims.judge_active_noise, behind_in_noise) == {"differs"}
-    assert judged(claims.judge_active_distance, behind_in_noise) == {"reproduced"}
+    assert judged(report.judge_active_best, behind_in_noise) == {"differs"}
+    assert judged(report.judge_active_noise, behind_in_noise) == {"differs"}
+    assert judged(report.judge_active_distance, behind_in_noise) == {"reproduced"}
 
 
 def test_what_is_less_apart_than_the_floor_spreads_is_a_tie():
     """Where true corners tell there is no floor, and no tie."""
 
     def beaten(sweep, level, method):
-        return 1.0 if method == sweeps.ACTIVE else 0.9
+        return 1.0 if method == experiment.ACTIVE else 0.9
 
     narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
     judges = (
-        claims.judge_active_best,
-        claims.judge_active_distance,
-        claims.judge_active_orientation,
-        claims.judge_active_noise,
+        report.judge_active_best,
+        report.judge_active_distance,
+        report.judge_active_orientation,
+        report.judge_active_noise,
     )
     for judge in judges:
         assert by_measure(judge, beaten, floor=narrow) == ({"differs"}, {"differs"})
@@ -188,7 +191,7 @@ def test_a_tie_of_ratios_is_the_floors_spread_over_the_sharp_residual():
         grown = sweep == "blur" and level == 4
         return 2 + grown * {"active grid": 0.3}.get(method, 0.2)
 
-    judge = claims.judge_active_blur
+    judge = report.judge_active_blur
     narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
     assert by_measure(judge, rising, floor=narrow) == ({"differs"}, {"differs"})
     assert by_measure(judge, rising, floor=wide) == ({"reproduced"}, {"differs"})
@@ -199,26 +202,27 @@ def test_blur_is_judged_by_ratios():
         grown = sweep == "blur" and level == 4
         return 1 + grown * {"active grid": 0.2}.get(method, 0.3)
 
-    assert judged(claims.judge_active_blur, rising) == {"reproduced"}
+    assert judged(report.judge_active_blur, rising) == {"reproduced"}
 
     def steep(sweep, level, method):
-        return 1 + (sweep == "blur") * (0.6 if method == sweeps.ACTIVE else 3)
+        return 1 + (sweep == "blur") * (0.6 if method == experiment.ACTIVE else 3)
 
-    assert judged(claims.judge_active_blur, steep) == {"differs"}
-    assert judged(claims.judge_active_blur, lambda *at: 3 - rising(*at)) == {"differs"}
-    assert judged(claims.judge_active_blur, ahead) == {"reproduced"}
+    assert judged(report.judge_active_blur, steep) == {"differs"}
+    assert judged(report.judge_active_blur, lambda *at: 3 - rising(*at)) == {"differs"}
+    assert judged(report.judge_active_blur, ahead) == {"reproduced"}
 
 
 def test_a_turned_monitor_has_less_area_and_larger_angles():
-    rig = rig_named(viewing.RIG)
+    rig = rig_named(experiment.RIG)
     size = rig.target.monitor_mm
     straight, turned = (
-        viewing.turned_monitor(turn, size, np.random.default_rng(0)) for turn in (0, 60)
+        experiment.turned_monitor(turn, size, np.random.default_rng(0))
+        for turn in (0, 60)
     )
-    area = viewing.visible_areas(rig, straight)
+    area = experiment.visible_areas(rig, straight)
     # All of it is in the picture, but for pixels on its rim, 1 mm wide.
     assert 0.97 < area.sum() / (size[0] * size[1]) < 1
-    assert viewing.visible_areas(rig, turned).sum() < area.sum()
-    assert viewing.farthest_angle(rig, straight) == pytest.approx(47, abs=2)
-    assert viewing.farthest_angle(rig, turned) > 70
-    assert viewing.shared(area, area > 0) == 1
+    assert experiment.visible_areas(rig, turned).sum() < area.sum()
+    assert experiment.farthest_angle(rig, straight) == pytest.approx(47, abs=2)
+    assert experiment.farthest_angle(rig, turned) > 70
+    assert experiment.shared(area, area > 0) == 1

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s2_2_active_grids import report as claims
-from chapters.ch03_planar_grids.s2_2_active_grids import scenes as blooming
-from chapters.ch03_planar_grids.s2_2_active_grids import scenes as code_edges
+from chapters.ch03_planar_grids.s2_2_active_grids import report, scenes
 from raxel.sets.patterns import pattern_picture, patterns_of, plan_of_cells
 from tests.judged_claims import readings, verdict
 
@@ -30,7 +28,7 @@ def widened(pattern, by):
 @pytest.mark.parametrize("by", [(0, 0), (2, 2), (3, 1)])
 def test_stripes_that_are_too_wide_move_edges_apart_and_not_their_middle(by):
     pictures = [widened(one, by[bool(one.inverse)]) for one in PATTERNS]
-    found = code_edges.edge_errors(pictures, PATTERNS, points_seen(), CELL_PX)
+    found = scenes.edge_errors(pictures, PATTERNS, points_seen(), CELL_PX)
     assert found["one picture"] == pytest.approx(np.hypot(*by) / np.sqrt(2))
     assert found["midpoint"] == pytest.approx(abs(by[0] - by[1]) / 2)
 
@@ -41,28 +39,28 @@ def test_an_edge_is_that_of_the_bit_that_changes():
             cells = np.array([edge - 1, edge])
             gray = cells ^ (cells >> 1)
             changed = [bits - 1 - k for k in range(bits) if np.ptp(gray >> k & 1)]
-            assert changed == [code_edges.changing_bit(edge, bits)]
+            assert changed == [scenes.changing_bit(edge, bits)]
 
 
 def test_what_lies_near_the_rim_of_the_monitor_is_no_edge():
     seen = points_seen()[..., 1]
     seen[:20] = np.nan
-    assert np.isnan(code_edges.true_rows(seen, 30.0)).all()
-    np.testing.assert_allclose(code_edges.true_rows(seen, 40.0), 39.5)
+    assert np.isnan(scenes.true_rows(seen, 30.0)).all()
+    np.testing.assert_allclose(scenes.true_rows(seen, 40.0), 39.5)
 
 
 def test_the_grid_is_asked_at_the_corners():
-    light = blooming.light_of(blooming.drawn_pose(np.random.default_rng(0)))
-    whole = blooming.corner_error_in_grid(light.points, light)
+    light = scenes.light_of(scenes.drawn_pose(np.random.default_rng(0)))
+    whole = scenes.corner_error_in_grid(light.points, light)
     assert whole["share"] == 1
     # Places are known to float32, and squares are bent by their perspective alone.
     assert whole["rms_px"] < 0.005
     half = light.points.copy()
     half[:, : SIZE // 2] = np.nan
-    assert 0.3 < blooming.corner_error_in_grid(half, light)["share"] < 0.7
+    assert 0.3 < scenes.corner_error_in_grid(half, light)["share"] < 0.7
     moved = light.points + [0.5, 0.0]
     # Half a mm at 400 mm before a lens of 400 px.
-    found = blooming.corner_error_in_grid(moved, light)["rms_px"]
+    found = scenes.corner_error_in_grid(moved, light)["rms_px"]
     assert found == pytest.approx(0.5, rel=0.1)
 
 
@@ -73,8 +71,8 @@ def columns(sizes, growth):
     """
     return {
         f"{what}.{exposure}.{share}.{kind}": SPREAD * size * (growth if share else 1)
-        for exposure in blooming.EXPOSURES
-        for share in blooming.SHARES
+        for exposure in scenes.EXPOSURES
+        for share in scenes.SHARES
         for (what, kind), size in sizes.items()
     }
 
@@ -83,11 +81,11 @@ def by_clipped(grid, masked, growth=1.0):
     """Verdicts of c3_blooming with sines kept and left out; corner methods have errors
     of 0.02 px, which overflow doubles.
     """
-    made = columns({(name, "rms_px"): 0.02 for name in blooming.CORNER_METHODS}, 2.0)
+    made = columns({(name, "rms_px"): 0.02 for name in scenes.CORNER_METHODS}, 2.0)
     sizes = {"active grid": grid, "masked": masked}
     made |= columns({(name, "rms_px"): sizes[name] for name in sizes}, growth)
     made |= columns({(name, "share"): 1.0 for name in sizes}, 1.0)
-    found = readings(claims.judge_blooming, "exp_c3_blooming", made)
+    found = readings(report.judge_blooming, "exp_c3_blooming", made)
     return [(one.reading["clipped_sines"], one.verdict) for one in found]
 
 
@@ -104,7 +102,7 @@ def test_midpoints_are_judged_by_their_error_and_its_growth():
     def judged(midpoint, growth=2.0):
         one = columns({("edges", "one picture"): 1.0}, 2.0)
         made = one | columns({("edges", "midpoint"): midpoint}, growth)
-        return verdict(claims.judge_midpoints, "exp_c3_blooming", made)
+        return verdict(report.judge_midpoints, "exp_c3_blooming", made)
 
     assert judged(0.3) == "reproduced"
     assert judged(1.0) == "differs"

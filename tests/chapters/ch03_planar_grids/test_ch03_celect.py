@@ -5,12 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s1_2_celect import claims, page
-from chapters.ch03_planar_grids.s1_2_celect import experiment as boards
-from chapters.ch03_planar_grids.s1_2_celect import experiment as constructed
-from chapters.ch03_planar_grids.s1_2_celect import experiment as recorded
-from chapters.ch03_planar_grids.s1_2_celect import experiment as scenes
-from chapters.ch03_planar_grids.s1_2_celect import report as flowchart
+from chapters.ch03_planar_grids.s1_2_celect import claims, experiment, page, report
 from chapters.shared.grids.synthetic_board import SyntheticBoard, steps_between
 from tests.judged_claims import readings
 
@@ -19,23 +14,23 @@ from tests.judged_claims import readings
 def run():
     """One recorded run on a small fisheye image."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
-    return recorded.drawn_run(condition, np.random.default_rng(5))
+    return experiment.drawn_run(condition, np.random.default_rng(5))
 
 
 def test_views_are_moderate_and_the_board_is_whole():
-    for name in scenes.CAMERAS:
-        view = scenes.board_view(name, 600, 10, np.random.default_rng(2))
+    for name in experiment.CAMERAS:
+        view = experiment.board_view(name, 600, 10, np.random.default_rng(2))
         sides = steps_between(view.lattice)
         assert view.image.shape == (600, 600)
         assert sides.min() >= 10
-        assert sides.max() <= scenes.MAX_SIDE_RATIO * sides.min()
+        assert sides.max() <= experiment.MAX_SIDE_RATIO * sides.min()
         assert view.lattice.shape == (7, 9, 2)
         assert (np.abs(view.lattice - 299.5) < 299.5).all()
 
 
 def test_image_shows_corners_at_true_positions():
     """Fields opposite each other at a corner are alike, neighbouring ones are not."""
-    view = scenes.board_view("bent sheet", 600, 10, np.random.default_rng(3))
+    view = experiment.board_view("bent sheet", 600, 10, np.random.default_rng(3))
     grid = view.lattice
     across = (grid[1:-1, 2:] - grid[1:-1, :-2]) / 2
     down = (grid[2:, 1:-1] - grid[:-2, 1:-1]) / 2
@@ -62,32 +57,32 @@ def test_a_recorded_run_is_complete(run):
 
 
 def test_every_way_through_the_code_is_in_the_flowchart():
-    counts = recorded.stage_trial({}, np.random.default_rng(0))
+    counts = experiment.stage_trial({}, np.random.default_rng(0))
     ways = [tuple(k.split(" > ")) for k in counts if " > " in k]
-    assert set(ways) <= set(flowchart.ARROWS)
-    assert {a for way in ways for a in way} - {"start", "end"} == set(flowchart.BOXES)
+    assert set(ways) <= set(report.ARROWS)
+    assert {a for way in ways for a in way} - {"start", "end"} == set(report.BOXES)
     assert counts["process > window"] == counts["contours"] - 1
 
 
 def test_constructed_first_corners_keep_away_from_the_boundaries():
     rng = np.random.default_rng(1)
     for _ in range(50):
-        side_4, true, wrong = constructed.start_case(rng)
-        near, nearer = constructed.predicted_wrong(side_4, true, wrong)
+        side_4, true, wrong = experiment.start_case(rng)
+        near, nearer = experiment.predicted_wrong(side_4, true, wrong)
         moved = [
-            constructed.predicted_wrong(side_4 + a, true + b, wrong + c)
+            experiment.predicted_wrong(side_4 + a, true + b, wrong + c)
             for a, b, c in ((1.5, 0, 0), (0, 1.5, 0), (0, 0, -1.5))
         ]
         assert all(m == (near, nearer) for m in moved)
 
 
 def test_a_bent_corner_stays_and_a_bent_disc_moves():
-    values = constructed.bias_trial(
+    values = experiment.bias_trial(
         {"bend": 0.2, "radius": 20.0}, np.random.default_rng(0)
     )
     assert values["corner_px"] < 1e-9
     assert values["disc_px"] > 1e-3
-    flat = constructed.centroid(lambda p: p + 3, 20.0)
+    flat = experiment.centroid(lambda p: p + 3, 20.0)
     np.testing.assert_allclose(flat, [3, 3], atol=1e-12)
 
 
@@ -95,12 +90,12 @@ def test_broken_edges_fade_to_grey_and_leave_the_rest():
     board = SyntheticBoard(square_px=250.0, fov_deg=80.0)
     image, lattice = board.image(1.0), board.lattice
     rng = np.random.default_rng(0)
-    broken = boards.broken_edges(image, lattice, 1.0, 0.4, rng)
+    broken = experiment.broken_edges(image, lattice, 1.0, 0.4, rng)
     middle = (lattice[0, 0] + lattice[0, 1]) / 2
     u, v = np.rint(middle).astype(int)
     assert abs(int(broken[v, u]) - 128) < 3
     np.testing.assert_array_equal(
-        boards.broken_edges(image, lattice, 0.0, 0.4, rng), image
+        experiment.broken_edges(image, lattice, 0.0, 0.4, rng), image
     )
 
 
@@ -127,7 +122,7 @@ def test_a_candidate_that_two_contours_see_is_counted_once():
 
 
 def test_growth_is_judged_for_each_kind_of_break():
-    right = [*zip(boards.BROKEN.values(), ((15, 2), (8, 6), (3, 10)), strict=True)]
+    right = [*zip(experiment.BROKEN.values(), ((15, 2), (8, 6), (3, 10)), strict=True)]
 
     def values(condition):
         ((grown, fixed),) = (counts for one, counts in right if one == condition)

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_conditions import experiment as sheet_views
-from chapters.ch03_planar_grids.s3_2_conditions import page
+from chapters.ch03_planar_grids.s3_2_conditions import experiment, page
 from chapters.ch03_planar_grids.s3_2_conditions.claims import (
     judge_trace_direction,
     partial_predicates,
@@ -44,7 +43,7 @@ def drawn_lattice(rows=6, columns=8, growth=1.0):
 
 @pytest.fixture(scope="module")
 def fisheye_sheet():
-    return sheet_views.sheet_of("fisheye", np.random.default_rng(1))
+    return experiment.sheet_of("fisheye", np.random.default_rng(1))
 
 
 def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
@@ -59,7 +58,7 @@ def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
     true = rig.laboratory().irradiance(
         scene, np.eye(4), window=window_of(rig, sheet.T_camera_board)
     )
-    off = np.abs(sheet_views._lit(sheet, light) - true)
+    off = np.abs(experiment._lit(sheet, light) - true)
     assert np.median(off) < 1e-4
     # Most at the sheet's edge, where paper and room share a pixel.
     assert off.max() < 0.03 * true.max()
@@ -67,7 +66,7 @@ def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
 
 def test_cropped_image_keeps_the_corners_in_place(fisheye_sheet):
     even = lambda places: np.ones(len(places))  # noqa: E731
-    image, lattice = sheet_views.cropped_image(fisheye_sheet, even)
+    image, lattice = experiment.cropped_image(fisheye_sheet, even)
     assert lattice.min() > 0
     assert np.all(lattice.reshape(-1, 2).max(axis=0) < image.shape[::-1])
     middles = (lattice[:-1, :-1] + lattice[1:, 1:]) / 2
@@ -82,7 +81,7 @@ def test_flaws_and_noise_of_a_sheet_are_those_of_its_seeds(fisheye_sheet):
     sheet = fisheye_sheet._replace(rig=replace(fisheye_sheet.rig, blemishes=spotted))
     even = lambda places: np.ones(len(places))  # noqa: E731
     one, again, exposed, marked = (
-        sheet_views.cropped_image(s, even)[0].astype(int)
+        experiment.cropped_image(s, even)[0].astype(int)
         for s in (sheet, sheet, sheet._replace(exposure=1), sheet._replace(specimen=1))
     )
     np.testing.assert_array_equal(one, again)
@@ -106,7 +105,7 @@ def test_eight_orders_begin_where_they_should():
 
 def test_detected_needs_the_board_that_is_there(fisheye_sheet):
     even = lambda places: np.ones(len(places))  # noqa: E731
-    image, lattice = sheet_views.cropped_image(fisheye_sheet, even)
+    image, lattice = experiment.cropped_image(fisheye_sheet, even)
     assert detected("raxel", image, lattice)
     assert detected("raxel", image, lattice[::-1, ::-1])
     assert not detected("raxel", image, lattice + 20)
@@ -220,12 +219,12 @@ def test_paint_covers_all_but_the_squares_of_the_part(fisheye_sheet):
 
 
 def test_what_lies_beside_a_mirror_is_not_black():
-    sheet = sheet_views.sheet_of("spherical", np.random.default_rng(3))
+    sheet = experiment.sheet_of("spherical", np.random.default_rng(3))
     light = replace(sheet.rig.light, surround=0.0)
     black = sheet._replace(rig=replace(sheet.rig, light=light))
 
     def corner_of(of):
-        picture = sheet_views.whole_image(of, lambda uv: np.ones(len(uv), np.float32))
+        picture = experiment.whole_image(of, lambda uv: np.ones(len(uv), np.float32))
         return picture[:20, :20].mean()
 
     assert sheet.rig.light.surround > 0

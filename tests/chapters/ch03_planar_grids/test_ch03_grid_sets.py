@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets import experiment as pictures
+from chapters.ch03_planar_grids.s3_2_grid_sets import experiment
 from chapters.ch03_planar_grids.s3_2_grid_sets.claims import (
     judge_same_after_loc,
     run_by_run,
@@ -253,8 +253,8 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
     def saved(rig, light, draws, specimen):
         return np.array([[specimen.random(), draws.random()]])
 
-    monkeypatch.setattr(pictures, "taken", taken)
-    monkeypatch.setattr(pictures, "saved", saved)
+    monkeypatch.setattr(experiment, "taken", taken)
+    monkeypatch.setattr(experiment, "saved", saved)
     which = [
         ("fisheye", 0, 1),
         ("fisheye", 1, 1),

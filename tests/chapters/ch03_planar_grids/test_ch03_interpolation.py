@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s2_1_interpolation_bias import experiment as facets
-from chapters.ch03_planar_grids.s2_1_interpolation_bias import report as claims
+from chapters.ch03_planar_grids.s2_1_interpolation_bias import experiment, report
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     FOUR,
     SIDE_MM,
@@ -16,7 +15,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     places_of,
     rms,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.report import formula_mm
 from raxel.cameras import BrownCamera, PerspectiveCamera
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane
@@ -52,7 +50,9 @@ def test_the_formula_has_the_size_of_a_weak_lens():
     # Of the stated lens k2 takes 5 % away, and the smaller scale at the rim adds 13.
     for scene, share, ratio in ((weak, 0.01, 1.0), (stated, 1, 1.08)):
         error = by_enclosing_cell(scene.pixels(points), scene.view(20)) - points
-        assert rms(error) / (share * formula_mm(20)) == pytest.approx(ratio, rel=0.02)
+        assert rms(error) / (share * report.formula_mm(20)) == pytest.approx(
+            ratio, rel=0.02
+        )
 
 
 def test_four_corners_are_never_three_on_a_line():
@@ -87,23 +87,23 @@ def test_noise_is_passed_on_as_the_page_says():
 
 
 def test_interpolation_is_exact_at_a_known_ridge():
-    camera = facets.two_facets(1.5, 60)
-    T = facets.monitor_pose(np.random.default_rng(7))
-    assert facets.jump_mm(camera, T) == pytest.approx(40, abs=3)
-    corners = facets.chessboard_corners(camera, T)
+    camera = experiment.two_facets(1.5, 60)
+    T = experiment.monitor_pose(np.random.default_rng(7))
+    assert experiment.jump_mm(camera, T) == pytest.approx(40, abs=3)
+    corners = experiment.chessboard_corners(camera, T)
     pixels = pixel_grid(camera.width, camera.height)
-    near = pixels[facets.ridge_distance(pixels) < 5]
+    near = pixels[experiment.ridge_distance(pixels) < 5]
     rays = camera.rays(near)
     seen = intersect_rays_plane(rays.origins, rays.directions, T)[0]
-    known = facets.interpolated(near, corners, camera.facet_of(near)) - seen
+    known = experiment.interpolated(near, corners, camera.facet_of(near)) - seen
     assert np.abs(known).max() < 1e-8
-    assert rms(facets.interpolated(near, corners) - seen) > 1
+    assert rms(experiment.interpolated(near, corners) - seen) > 1
     # A camera that does not break has no ridge to know.
-    flat = facets.two_facets(0, 60)
-    corners = facets.chessboard_corners(flat, T)
+    flat = experiment.two_facets(0, 60)
+    corners = experiment.chessboard_corners(flat, T)
     rays = flat.rays(near)
     seen = intersect_rays_plane(rays.origins, rays.directions, T)[0]
-    assert np.abs(facets.interpolated(near, corners) - seen).max() < 1e-8
+    assert np.abs(experiment.interpolated(near, corners) - seen).max() < 1e-8
 
 
 def made(name, conditions, trials, trial):
@@ -121,7 +121,7 @@ def vectors(along, across):
         out, side = out / radius, (out / radius)[:, ::-1] * [-1, 1]
         found = {
             name: along(radius, rng) * out + across[k] * radius * side
-            for k, name in enumerate(claims.CHOICES)
+            for k, name in enumerate(report.CHOICES)
         }
         return {"points": points} | found
 
@@ -134,14 +134,14 @@ def verdicts(judge, results):
 
 def test_growth_and_direction_can_hold_and_fail():
     grown = vectors(lambda r, rng: r, (0.3, 0.1))
-    assert verdicts(claims.judge_radial_growth, grown) == ["reproduced"] * 2
-    assert verdicts(claims.judge_radial_direction, grown) == ["reproduced"]
+    assert verdicts(report.judge_radial_growth, grown) == ["reproduced"] * 2
+    assert verdicts(report.judge_radial_direction, grown) == ["reproduced"]
     # More sideways in the square than with the nearest four; then sideways anyhow.
     for across in ((0.1, 0.3), (2.0, 0.1)):
         turned = vectors(lambda r, rng: r, across)
-        assert verdicts(claims.judge_radial_direction, turned) == ["differs"]
+        assert verdicts(report.judge_radial_direction, turned) == ["differs"]
     shrinking = vectors(lambda r, rng: 300 - r, (0.0, 0.0))
-    assert verdicts(claims.judge_radial_growth, shrinking) == ["differs"] * 2
+    assert verdicts(report.judge_radial_growth, shrinking) == ["differs"] * 2
 
 
 @pytest.mark.parametrize(
@@ -150,11 +150,11 @@ def test_growth_and_direction_can_hold_and_fail():
 def test_the_slope_in_the_pitch_decides(power, expected):
     def trial(condition, rng):
         size = condition["pitch_mm"] ** power * rng.uniform(0.99, 1.01)
-        return {f"{name}.rms_mm": size for name in claims.CHOICES}
+        return {f"{name}.rms_mm": size for name in report.CHOICES}
 
     conditions = [{"pitch_mm": p} for p in (5, 10, 20, 40)]
     results = made("fig_3_7_pitches", conditions, 10, trial)
-    assert verdicts(claims.judge_pitch, results) == [expected] * 2
+    assert verdicts(report.judge_pitch, results) == [expected] * 2
 
 
 @pytest.mark.parametrize(
@@ -165,11 +165,11 @@ def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected
     def trial(condition, rng):
         share = condition["share"]
         size = share**power * rng.uniform(0.99, 1.01) if share else at_none
-        return {f"{name}.rms_mm": size for name in claims.CHOICES}
+        return {f"{name}.rms_mm": size for name in report.CHOICES}
 
     conditions = [{"share": s} for s in (0, 0.1, 0.3, 1)]
     results = made("fig_3_6_distortion", conditions, 10, trial)
-    assert verdicts(claims.judge_cause, results) == [expected] * 2
+    assert verdicts(report.judge_cause, results) == [expected] * 2
 
 
 def test_the_ridge_is_judged_in_four_readings():
@@ -181,5 +181,5 @@ def test_the_ridge_is_judged_in_four_readings():
 
     name = "exp_c3_interp_discontinuous"
     results = made(name, [{"facet_deg": 1.5}], 8, trial)
-    found = verdicts(claims.judge_discontinuous, results)
+    found = verdicts(report.judge_discontinuous, results)
     assert found == ["differs", "reproduced", "differs", "differs"]

@@ -5,13 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s1_3_localisation import report as claims
+from chapters.ch03_planar_grids.s1_3_localisation import report
 from chapters.ch03_planar_grids.s1_3_localisation.experiment import neighbour_distances
-from chapters.ch03_planar_grids.s1_3_localisation.report import (
-    Swept,
-    best_blur,
-    per_bin,
-)
 from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
 from chapters.shared.grids.detectors import (
     START_ERRORS_PX,
@@ -75,8 +70,8 @@ def test_a_relation_with_distance_is_seen_where_there_is_one(scale, relation, sm
     derivative = swept("fig_3_5_derivative", scale)
     saddle = swept("fig_3_5_saddle", with_blur([1.0, 0.1, 1.0]))
     both = {"derivative": derivative, "saddle": saddle}
-    assert verdict(claims.judge_no_relation, **both) == relation
-    assert verdict(claims.judge_derivative_small, derivative=derivative) == small
+    assert verdict(report.judge_no_relation, **both) == relation
+    assert verdict(report.judge_derivative_small, derivative=derivative) == small
 
 
 def test_images_of_the_same_corners_add_no_certainty():
@@ -88,8 +83,8 @@ def test_images_of_the_same_corners_add_no_certainty():
         distance=np.tile(distance, images),
         images_of=[np.arange(corners * images).reshape(images, corners).T],
     )
-    one = claims.rank_tie(alone, best)
-    many = claims.rank_tie(copied, np.tile(best, images))
+    one = report.rank_tie(alone, best)
+    many = report.rank_tie(copied, np.tile(best, images))
     assert many.value == pytest.approx(one.value)
     assert many.high - many.low == pytest.approx(one.high - one.low, rel=1e-6)
 
@@ -100,18 +95,18 @@ def test_one_blur_is_judged_by_what_it_costs():
         ([1.0, 3.0, 4.0], ("differs", "differs")),
     ):
         saddle = swept("fig_3_5_saddle", with_blur(costs))
-        readings = readings_of(claims.judge_saddle_blur, {"fig_3_5_saddle": saddle})
+        readings = readings_of(report.judge_saddle_blur, {"fig_3_5_saddle": saddle})
         assert tuple(r.verdict for r in readings) == expected
-        assert verdict(claims.judge_saddle_window, saddle=saddle) == "reproduced"
+        assert verdict(report.judge_saddle_window, saddle=saddle) == "reproduced"
 
 
 def test_the_best_blur_inside_need_not_be_the_middle():
     flat = np.array([[1.0, 0.2, 0.9, 0.8, 0.1]])
-    assert best_blur(flat, 5, [2]) == 2
-    assert best_blur(flat, 5, [1, 2, 3]) == 1
+    assert report.best_blur(flat, 5, [2]) == 2
+    assert report.best_blur(flat, 5, [1, 2, 3]) == 1
     # A window of its own in every bin: the blur's best counts.
     two = np.array([[1.0, 0.2, 0.9], [0.1, 0.5, 0.15]])
-    assert best_blur(two, 3, [1, 2]) == 2
+    assert report.best_blur(two, 3, [1, 2]) == 2
 
 
 def test_entropy_is_compared_at_equal_counts():
@@ -120,15 +115,15 @@ def test_entropy_is_compared_at_equal_counts():
         return np.where(near, 1.0, alike(distance))
 
     derivative = swept("fig_3_5_derivative", wide_near)
-    assert verdict(claims.judge_derivative_dense, derivative=derivative) == "reproduced"
+    assert verdict(report.judge_derivative_dense, derivative=derivative) == "reproduced"
     derivative = swept("fig_3_5_derivative", alike)
-    assert verdict(claims.judge_derivative_dense, derivative=derivative) == "undecided"
+    assert verdict(report.judge_derivative_dense, derivative=derivative) == "undecided"
 
 
 def test_settings_are_scored_on_corners_that_did_not_choose_them():
-    one = Swept(swept("fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
+    one = report.Swept(swept("fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
     lucky = one.error.reshape(len(one.error), -1).min(axis=1)
-    scored = one.scored(per_bin(np.mean))
+    scored = one.scored(report.per_bin(np.mean))
     assert scored.mean() > 1.5 * lucky.mean()
     assert one.mid_range_blurs("middle of the sweep") == [1]
     assert np.isin(one.best_window, WINDOWS).all()

@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from chapters.appendix_a.phase_and_harmonics import report as appendix
-from chapters.ch03_planar_grids.s2_2_active_grids import experiment as codes
-from chapters.ch03_planar_grids.s2_2_active_grids import report as claims
-from chapters.ch03_planar_grids.s2_2_active_grids.experiment import fitted, order_sizes
-from chapters.ch03_planar_grids.s2_2_active_grids.report import bit_counts
-from chapters.shared.grids import phase_steps as steps
+from chapters.ch03_planar_grids.s2_2_active_grids import experiment, report
+from chapters.shared.grids import phase_steps
 from tests.judged_claims import readings
 from tests.made_results import of_columns
 
@@ -17,10 +14,10 @@ PHASE = 2 * np.pi * (np.arange(240) + 0.5) / 240
 
 @pytest.mark.parametrize("gamma", [1.0, 1.4, 2.0, 2.2, 2.6])
 def test_orders_of_a_power_law_have_a_closed_form(gamma):
-    a, b = steps.orders(steps.power_law(gamma), 6)
+    a, b = phase_steps.orders(phase_steps.power_law(gamma), 6)
     share = np.hypot(a, b)[1:] / np.hypot(a[1], b[1])
     np.testing.assert_allclose(
-        np.abs(steps.power_law_orders(gamma, 6)), share, atol=1e-7
+        np.abs(phase_steps.power_law_orders(gamma, 6)), share, atol=1e-7
     )
     # Odd orders are sines and even ones cosines.
     assert max(np.abs(a[1::2]).max(), np.abs(b[2::2]).max()) < 1e-12
@@ -32,9 +29,11 @@ def test_only_orders_beside_multiples_of_the_steps_move_a_phase(count):
     fine = 2 * np.pi * np.arange(997) / 997
     for order in range(2, 20):
         for parts in (({1: 1.0, order: 0.01}, {}), ({1: 1.0}, {order: 0.01})):
-            error = steps.formula_error(steps.sum_of_orders(*parts), count, fine)
+            error = phase_steps.formula_error(
+                phase_steps.sum_of_orders(*parts), count, fine
+            )
             moves = order % count in (1, count - 1)
-            size = steps.largest(error)
+            size = phase_steps.largest(error)
             assert size == pytest.approx(0.01, abs=1e-4) if moves else size < 1e-12
 
 
@@ -43,32 +42,32 @@ def test_formula_and_decoder_agree(count):
     rng = np.random.default_rng(count)
     sines = {1: 1.0} | dict(enumerate(rng.uniform(-0.05, 0.05, 9), 2))
     cosines = dict(enumerate(rng.uniform(-0.05, 0.05, 9), 2))
-    profile = steps.sum_of_orders(sines, cosines, 2.0)
-    formula = steps.formula_error(profile, count, PHASE)
-    phase, decoded = steps.decoder_error(profile, count, len(PHASE))
+    profile = phase_steps.sum_of_orders(sines, cosines, 2.0)
+    formula = phase_steps.formula_error(profile, count, PHASE)
+    phase, decoded = phase_steps.decoder_error(profile, count, len(PHASE))
     np.testing.assert_allclose(phase, PHASE)
     # Rounding to 16 bits over 0.8 of their range.
     np.testing.assert_allclose(decoded, formula, atol=5e-5)
 
 
 def test_the_error_of_four_steps_has_the_sign_of_the_derivation():
-    profile = steps.sum_of_orders({1: 1.0, 3: 0.01, 5: 0.004}, {3: 0.002})
-    error = steps.formula_error(profile, 4, PHASE)
+    profile = phase_steps.sum_of_orders({1: 1.0, 3: 0.01, 5: 0.004}, {3: 0.002})
+    error = phase_steps.formula_error(profile, 4, PHASE)
     first = 0.014 * np.sin(4 * PHASE) + 0.002 * np.cos(4 * PHASE)
     np.testing.assert_allclose(error, first, atol=3e-4)
 
 
 def test_fits_find_the_orders_and_leave_the_rest():
-    profile = steps.sum_of_orders({1: 80.0, 3: 2.0}, {2: 10.0}, 100.0)(PHASE)
+    profile = phase_steps.sum_of_orders({1: 80.0, 3: 2.0}, {2: 10.0}, 100.0)(PHASE)
     for further, rms in ((0, np.sqrt(52)), (1, np.sqrt(2)), (2, 0.0)):
-        fit, misfit, sizes = fitted(profile, further)
+        fit, misfit, sizes = experiment.fitted(profile, further)
         assert misfit == pytest.approx(rms, abs=1e-9)
         np.testing.assert_allclose(sizes, [80, 10, 2][: further + 1], atol=1e-9)
         np.testing.assert_allclose(fit.mean(), 100)
 
 
 def test_sizes_of_orders_follow_from_misfits():
-    two, three, rest = order_sizes()
+    two, three, rest = experiment.order_sizes()
     assert np.sqrt((two**2 + three**2 + rest**2) / 2) == pytest.approx(9.839)
     assert np.sqrt((three**2 + rest**2) / 2) == pytest.approx(1.309)
 
@@ -76,11 +75,13 @@ def test_sizes_of_orders_follow_from_misfits():
 @pytest.mark.parametrize("slant", [0.0, 1.0])
 def test_slanted_edges_cover_the_share_of_a_pixel(slant):
     condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant, "light": "even"}
-    place, picture, inverse, *_ = codes.bit_images(condition, np.random.default_rng(0))
-    low, high = codes.LEVELS_GREY
+    place, picture, inverse, *_ = experiment.bit_images(
+        condition, np.random.default_rng(0)
+    )
+    low, high = experiment.LEVELS_GREY
     # A pixel whose middle is on the lit side is lit by half or more.
     lit = (picture - low) / (high - low) > 0.5
-    off = np.abs(place - np.rint(place)) * codes.EDGE_PX
+    off = np.abs(place - np.rint(place)) * experiment.EDGE_PX
     inner = off > 0.01
     np.testing.assert_array_equal(lit[inner], (np.floor(place) % 2 == 1)[inner])
     assert np.abs(picture.astype(float) + inverse - low - high).max() <= 1
@@ -89,7 +90,7 @@ def test_slanted_edges_cover_the_share_of_a_pixel(slant):
 
 
 def test_a_wrong_bit_at_its_edge_costs_one_cell_and_elsewhere_more():
-    found = codes.wrong_bit_trial({"bits": 4}, None)
+    found = experiment.wrong_bit_trial({"bits": 4}, None)
     assert (found["bits_changed"], found["shift"]) == (1, 1)
     assert found["shift_elsewhere"] == 15
     assert (found["binary_bits_changed"], found["binary_shift"]) == (4, 8)
@@ -125,16 +126,16 @@ def _imaged(orders_3, noise, one_sine=8.0):
 
 def test_one_sine_is_judged_by_the_share_of_views():
     values = _imaged([1, 1, 1], 0.1)
-    assert _verdict(claims.judge_single_sine, "fig_3_9", values) == "reproduced"
+    assert _verdict(report.judge_single_sine, "fig_3_9", values) == "reproduced"
     values = _imaged([1, 1, 9], 0.1)
-    assert _verdict(claims.judge_single_sine, "fig_3_9", values) == "differs"
+    assert _verdict(report.judge_single_sine, "fig_3_9", values) == "differs"
 
 
 @pytest.mark.parametrize("noise", [0.01, 1.308])
 def test_order_3_is_judged_in_grey_levels_whatever_noise_is_beside_it(noise):
     def verdicts(orders_3):
         values = _imaged(orders_3, noise)
-        found = readings(claims.judge_third_marginal, "fig_3_9", values)
+        found = readings(report.judge_third_marginal, "fig_3_9", values)
         return {r.reading["sine_amplitude"]: r.verdict for r in found}
 
     # 5 % of a misfit that leaves 1.308 grey levels are 0.43 of them.
@@ -148,8 +149,8 @@ def test_order_3_is_judged_in_grey_levels_whatever_noise_is_beside_it(noise):
 
 def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
     conditions = [
-        {"slant_px": codes.SLANT_PX[edges], "light": light, "noise_grey": n}
-        for edges, light in codes.EDGES_AND_LIGHT
+        {"slant_px": experiment.SLANT_PX[edges], "light": light, "noise_grey": n}
+        for edges, light in experiment.EDGES_AND_LIGHT
         for n in (4, 8)
     ]
     values = {
@@ -163,28 +164,28 @@ def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
         return {"white and black.wrong": c["noise_grey"] * (1 + c["slant_px"])}
 
     result = of_columns(*((c, values | wrong_bits(c)) for c in conditions))
-    wrong, paired, pixels, only, other = bit_counts(
+    wrong, paired, pixels, only, other = report.bit_counts(
         result, "anywhere", "even", "white and black"
     )
     np.testing.assert_array_equal(wrong, [24, 24, 24])
     assert (paired.sum(), pixels.sum(), only, other) == (6, 60, 30, 0)
-    between = bit_counts(result, "between pixels", "even", "white and black")
+    between = report.bit_counts(result, "between pixels", "even", "white and black")
     assert between[0].sum() == 36
 
 
 def test_light_falls_off_as_lens_and_monitor_of_the_rig_have_it():
-    light = codes.light_along(9, "falls off")
+    light = experiment.light_along(9, "falls off")
     assert light[0] == 1
     # Half a diagonal of 304 x 228 mm is 190 mm, 375 mm away.
     assert light[-1] == pytest.approx((1 + (190 / 375) ** 2) ** (-5.5 / 2))
     assert (np.diff(light) < 0).all()
-    assert (codes.light_along(9, "even") == 1).all()
+    assert (experiment.light_along(9, "even") == 1).all()
 
 
 def test_an_exact_threshold_has_root_two_more_wrong_bits_than_an_inverse():
     condition = {"blur_px": 3, "noise_grey": 8, "slant_px": 1.0, "light": "even"}
     rng = np.random.default_rng(1)
-    found = [codes.bits_trial(condition, rng) for _ in range(12)]
+    found = [experiment.bits_trial(condition, rng) for _ in range(12)]
     inverse = sum(one["inverse.wrong"] for one in found)
     for name, expected in (
         ("one grey value", np.sqrt(2)),

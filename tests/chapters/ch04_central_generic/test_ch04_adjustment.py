@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_3_rays import experiment as rays
-from chapters.ch04_central_generic.s1_3_rays import report as ray_claims
+from chapters.ch04_central_generic.s1_3_rays import experiment, report
 from chapters.ch04_central_generic.s1_4_bundle_adjustment import experiment as schemes
 from chapters.ch04_central_generic.s1_4_bundle_adjustment import report as claims
 from tests.judged_claims import readings, readings_of, verdict
@@ -13,10 +12,10 @@ UNSTABLE = "exp_c4_centre_ba_unstable"
 
 
 def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
-    found = of_seed(rays.stacked_trial, [{}])
+    found = of_seed(experiment.stacked_trial, [{}])
     assert found.column("printed").max() < 1e-12
     assert found.column("on_grid_mm").max() < 1e-7
-    judge = ray_claims.judge_mats_intersection
+    judge = report.judge_mats_intersection
     values = {"printed": 1e-15, "stacked": 0.0, "on_grid_mm": 0.0}
     name = "exp_c4_mats_intersection"
     assert verdict(judge, name, values) == "reproduced"

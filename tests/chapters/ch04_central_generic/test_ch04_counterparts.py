@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s3_2_results import claims as seeds
-from chapters.ch04_central_generic.s3_3_correction import report as corrected
+from chapters.ch04_central_generic.s3_2_results import claims
+from chapters.ch04_central_generic.s3_3_correction import report
 from tests.bench_noises import at_every_noise
 from tests.judged_claims import readings_of, verdict
 from tests.made_results import as_planned, flat, of_columns
@@ -70,7 +70,7 @@ def made(omni, fish):
 
 MARKS = {
     mark["id"]: (judge, mark)
-    for room in (seeds, corrected)
+    for room in (claims, report)
     for judge in vars(room).values()
     for mark in getattr(judge, "repro_marks", ())
     if mark["kind"] == "claim"

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole import experiment as pinholes
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole import page as s1_1_page
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole import report as s1_1_claims
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import (
+    experiment,
+    page,
+    report,
+)
 from chapters.ch04_central_generic.s1_2_linear_stage import experiment as linear
 from chapters.ch04_central_generic.s1_2_linear_stage import report as s1_2_claims
 from chapters.shared.central import camera as wide_angle
@@ -24,15 +26,15 @@ def verdicts(judge, experiment, *made):
 # 4.1.1
 
 
-@pytest.mark.parametrize("name", pinholes.CAMERAS)
+@pytest.mark.parametrize("name", experiment.CAMERAS)
 def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
     rng = np.random.default_rng(0)
-    origins, directions = pinholes.camera_of(name)(rng)
+    origins, directions = experiment.camera_of(name)(rng)
     off = np.cross(directions, origins - wide_angle.CENTRE_MM)
     assert np.abs(off).max() < 1e-9
-    found = s1_1_page.exact_trial({"camera": name}, rng)
+    found = page.exact_trial({"camera": name}, rng)
     assert max(found.values()) < 1e-8
-    assert pinholes.image_trial({"camera": name}, rng)["residual"] < 1e-11
+    assert experiment.image_trial({"camera": name}, rng)["residual"] < 1e-11
 
 
 def test_a_camera_without_distortion_is_interpolated_exactly():
@@ -41,7 +43,7 @@ def test_a_camera_without_distortion_is_interpolated_exactly():
     for k1, bound in ((0.0, 1e-9), (-0.1, 1.0)):
         camera = wide_angle.radial_lens(k1=k1)
         exact = wide_angle.back_project(camera, pixels + 0.0, T)[0][0]
-        guessed = pinholes.interpolated(camera, T[0], pixels, 40.0)
+        guessed = experiment.interpolated(camera, T[0], pixels, 40.0)
         gap = np.linalg.norm(guessed - exact, axis=1)
         assert gap.max() < bound
     assert gap.max() > 0.01
@@ -50,9 +52,9 @@ def test_a_camera_without_distortion_is_interpolated_exactly():
 def test_the_claims_of_4_1_1_can_fail():
     exact = [
         ({"camera": name}, {"CGSP": [1e-9], "CGSP circle": [1e-9]})
-        for name in pinholes.CAMERAS
+        for name in experiment.CAMERAS
     ]
-    judge = s1_1_claims.judge_centres
+    judge = report.judge_centres
     assert verdicts(judge, "exp_c4_any_pinhole", *exact) == ["reproduced"]
     exact[1][1]["CGSP circle"] = [1e-3]
     assert verdicts(judge, "exp_c4_any_pinhole", *exact) == ["differs"]
@@ -64,7 +66,7 @@ def test_the_claims_of_4_1_1_can_fail():
         spread = np.linspace(0.95, 1.05, 20)
         values = {"base_mm": base * spread, "noise_mm": noise * spread[::-1]}
         values |= {"all_mm": spread, "gap_mm": spread}
-        judge = s1_1_claims.judge_interpolation
+        judge = report.judge_interpolation
         found = verdicts(judge, "exp_c4_interp_bias_centre", ({}, values))
         assert found == [verdict]
 

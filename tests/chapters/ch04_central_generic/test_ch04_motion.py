@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_4_motion import experiment as calibrations
-from chapters.ch04_central_generic.s3_4_motion import experiment as corners
-from chapters.ch04_central_generic.s3_4_motion import experiment as stage
-from chapters.ch04_central_generic.s3_4_motion import report as motion_claims
+from chapters.ch04_central_generic.s3_4_motion import experiment, report
 from chapters.shared.central.decoding_errors import ANGLES, PHASES, DecodingErrors
 from chapters.shared.rigs import rig_named
 from raxel.geometry import inverse_pose
@@ -13,33 +10,33 @@ from tests.bench_noises import EVERY_NOISE
 from tests.judged_claims import readings_of
 from tests.made_results import of_columns
 
-STRAIGHT = stage.Setup(np.eye(3), np.zeros(3))
+STRAIGHT = experiment.Setup(np.eye(3), np.zeros(3))
 
 
 def exact_rays(name):
     """Rays of a central camera in the mirror's focus, one set for each picture."""
-    poses = stage.target_poses(name, STRAIGHT)
-    seen = np.stack([np.concatenate(stage.corners_of(T)) for T in poses])
-    seen = seen - stage.CENTRE_MM
+    poses = experiment.target_poses(name, STRAIGHT)
+    seen = np.stack([np.concatenate(experiment.corners_of(T)) for T in poses])
+    seen = seen - experiment.CENTRE_MM
     return seen / np.linalg.norm(seen, axis=2, keepdims=True), poses
 
 
 def test_exact_rays_give_the_motion_of_the_stage():
     rays, _ = exact_rays("translation")
-    found = stage.scored("translation", rays)
+    found = experiment.scored("translation", rays)
     assert found["deviation_mm"] < 1e-6
     assert found["turn_deg"] < 1e-6
     rays, _ = exact_rays("rotation")
     rays[:, 3] = np.nan
-    found = stage.scored("rotation", rays)
+    found = experiment.scored("rotation", rays)
     assert found["off_deg"] < 1e-6
     np.testing.assert_allclose(found["turned"], 10 * np.arange(1, 12), atol=1e-6)
 
 
 def test_one_board_alone_leaves_the_motion_open():
     rays, _ = exact_rays("translation")
-    count = stage.BOARDS[0].columns * stage.BOARDS[0].rows
-    found = stage.scored("translation", rays[:, :count])
+    count = experiment.BOARDS[0].columns * experiment.BOARDS[0].rows
+    found = experiment.scored("translation", rays[:, :count])
     assert found == {"failed": "degenerate-points"}
 
 
@@ -57,24 +54,22 @@ def decoding(sd_mm):
 
 def test_calibrations_give_the_poses_of_the_grids_and_rays_to_the_corners():
     rng = np.random.default_rng(1)
-    grids = calibrations.drawn_grids(decoding(0.01), rng)
+    grids = experiment.drawn_grids(decoding(0.01), rng)
     true = inverse_pose(grids.T_camera_grid[0]) @ grids.T_camera_grid
-    camera = rig_named(stage.RIG).camera
-    T = stage.target_poses("translation", STRAIGHT)[2]
-    pixels = np.concatenate(stage.true_pixels(camera, T))
-    seen = np.concatenate(stage.corners_of(T)) - stage.CENTRE_MM
+    camera = rig_named(experiment.RIG).camera
+    T = experiment.target_poses("translation", STRAIGHT)[2]
+    pixels = np.concatenate(experiment.true_pixels(camera, T))
+    seen = np.concatenate(experiment.corners_of(T)) - experiment.CENTRE_MM
     seen = seen @ grids.T_camera_grid[0][:3, :3]
     seen /= np.linalg.norm(seen, axis=1, keepdims=True)
-    below = calibrations.grids_at_pixels(
-        pixels, grids.T_camera_grid, decoding(0.01), rng
-    )
-    for method in calibrations.METHODS:
-        found = calibrations.calibrated(method, grids, rng)
+    below = experiment.grids_at_pixels(pixels, grids.T_camera_grid, decoding(0.01), rng)
+    for method in experiment.METHODS:
+        found = experiment.calibrated(method, grids, rng)
         assert len(found.T_base_grid) == 6
         # The mirror is a millimetre off: no centre is right for all rays.
         off = np.linalg.norm((found.T_base_grid - true)[:, :3, 3], axis=1)
         assert off.max() < 3.0
-        rays = calibrations.table_rays(below, found)
+        rays = experiment.table_rays(below, found)
         assert np.isfinite(rays).all()
         angle = np.degrees(np.arccos(np.clip(np.sum(rays * seen, axis=1), -1, 1)))
         assert np.median(angle) < 1.0
@@ -85,7 +80,7 @@ def test_claims_are_judged_both_ways():
     for factor, verdict in ((2.0, "reproduced"), (0.5, "differs")):
         values = {}
         for name, size in (("CGSP", 1.0), ("as printed", factor)):
-            for detector in corners.DETECTORS:
+            for detector in experiment.DETECTORS:
                 trials = size * np.exp(0.2 * rng.standard_normal(60))
                 for measure in ("translation", "rotation"):
                     kind = {"translation": "deviation_mm", "rotation": "off_deg"}
@@ -97,6 +92,6 @@ def test_claims_are_judged_both_ways():
             for key, trials in values.items()
         }
         result = of_columns(({}, values))
-        for judge in (motion_claims.judge_translation, motion_claims.judge_rotation):
+        for judge in (report.judge_translation, report.judge_rotation):
             found = readings_of(judge, {"fig_4_10_seeds": result})
             assert [r.verdict for r in found] == [verdict] * 12

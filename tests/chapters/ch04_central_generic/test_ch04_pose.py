@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s2_pose import claims
-from chapters.ch04_central_generic.s2_pose import experiment as simulated
-from chapters.ch04_central_generic.s2_pose import page as pose_page
+from chapters.ch04_central_generic.s2_pose import claims, experiment, page
 from chapters.ch04_central_generic.s2_pose.experiment import (
     SIZES,
     TILTS_DEG,
@@ -24,7 +22,7 @@ PRIMARY = {"domain": "px", "rays": "exact", "unit": "angle"}
 
 def test_almost_without_noise_every_estimator_is_right():
     condition = PRIMARY | {"noise": 1e-4}
-    found = pose_page.noise_trial(condition, np.random.default_rng(0))
+    found = page.noise_trial(condition, np.random.default_rng(0))
     assert list(found) == ["three_points", "standard", "cgsp", "cgsp_ransac", "angular"]
     for errors in found.values():
         assert errors["rotation_deg"] < 1e-3
@@ -62,12 +60,12 @@ def test_planes_are_judged_both_ways():
 
 
 def test_samples_are_judged_both_ways():
-    counts = {f"{kind}.without": [9] * 100 for kind in simulated.APART}
+    counts = {f"{kind}.without": [9] * 100 for kind in experiment.APART}
     judge = claims.judge_no_solution
-    experiment = "exp_c4_3pt_no_solution"
-    assert {r.verdict for r in readings(judge, experiment, counts)} == {"reproduced"}
+    name = "exp_c4_3pt_no_solution"
+    assert {r.verdict for r in readings(judge, name, counts)} == {"reproduced"}
     few = {name: [1] * 100 for name in counts}
-    assert {r.verdict for r in readings(judge, experiment, few)} == {"differs"}
+    assert {r.verdict for r in readings(judge, name, few)} == {"differs"}
     four = {"finite.of_4_24": [100, 99], "finite.facing": [100, 100]}
     found = readings(claims.judge_linear_always, "exp_c4_linear_always", four)
     assert [r.verdict for r in found] == ["differs", "reproduced"]
@@ -84,7 +82,7 @@ def test_samples_are_judged_both_ways():
 
 def test_the_linear_pose_solves_one_system_and_refinement_several():
     found = [
-        flat(simulated.solves_trial({"points": count}, np.random.default_rng(count)))
+        flat(experiment.solves_trial({"points": count}, np.random.default_rng(count)))
         for count in (40, 900)
     ]
     assert [one["linear.systems"] for one in found] == [1, 1]
@@ -117,7 +115,7 @@ def test_fast_means_one_system_and_no_iteration(change, verdicts):
 
 def test_what_numpy_solves_is_counted_and_its_solvers_come_back():
     before = np.linalg.solve
-    with simulated.counted() as solved:
+    with experiment.counted() as solved:
         np.linalg.solve(np.eye(2), np.ones(2))
         np.linalg.svd(np.ones((5, 3, 2)))
     assert solved == [("solve", (2, 2)), ("svd", (5, 3, 2))]

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_calibration import experiment as trust
-from chapters.ch05_flexible_mirror.s3_3_calibration import report as claims
-from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import solved
-from chapters.ch05_flexible_mirror.s3_3_calibration.report import (
-    judge_displacement,
-    judge_field_of_view,
-)
+from chapters.ch05_flexible_mirror.s3_3_calibration import experiment, report
 from chapters.shared.mirror.errors import PHASES, GaussianErrors, MirrorErrors, pool_of
 from chapters.shared.mirror.levels import BENCHES, Bench
 from chapters.shared.mirror.rigs import (
@@ -54,7 +48,7 @@ def test_a_field_of_view_that_doubles(fans, verdict):
             for g, (first, last) in of.items()
         )
     )
-    made = verdicts(judge_field_of_view, {"fig_5_10_fans": found})
+    made = verdicts(report.judge_field_of_view, {"fig_5_10_fans": found})
     assert made == (verdict, {verdict, "reproduced"})
 
 
@@ -62,20 +56,20 @@ def test_a_field_of_view_that_doubles(fans, verdict):
 def test_features_move_farther_with_every_deflection(last, verdict):
     moved = [np.array([2.0, 7.0, last]) for _ in range(4)]
     found = of_columns(({"geometry": "A"}, {"moved_px": moved}))
-    assert judge_displacement({"fig_5_10_moved": found}).verdict == verdict
+    assert report.judge_displacement({"fig_5_10_moved": found}).verdict == verdict
 
 
 def test_the_functions_of_fig_5_9_are_21_and_sum_to_one(monkeypatch):
-    assert claims.judge_basis({}).verdict == "reproduced"
-    fewer = claims.PUBLISHED._replace(shape=(6, 3))
-    monkeypatch.setattr(claims, "PUBLISHED", fewer)
-    assert claims.judge_basis({}).verdict == "differs"
+    assert report.judge_basis({}).verdict == "reproduced"
+    fewer = report.PUBLISHED._replace(shape=(6, 3))
+    monkeypatch.setattr(report, "PUBLISHED", fewer)
+    assert report.judge_basis({}).verdict == "differs"
 
 
 def test_the_level_at_which_a_median_is_the_target():
     values = np.array([[1.0, 3.0, 5.0], [0.0, 2.0, np.nan], [2.0, 4.0, 9.0]])
-    assert solved(values, (0.0, 10.0, 20.0), 2.0) == pytest.approx(5.0)
-    assert solved(values, (0.0, 10.0, 20.0), 9.5) is None
+    assert experiment.solved(values, (0.0, 10.0, 20.0), 2.0) == pytest.approx(5.0)
+    assert experiment.solved(values, (0.0, 10.0, 20.0), 9.5) is None
 
 
 def test_decoding_errors_are_drawn_again_with_their_bias_and_their_size():
@@ -191,12 +185,12 @@ class Predicted:
 def test_predicted_ray_errors_are_held_against_true_ones():
     rig = mirror_rig("A")
     true, off = rig.camera(5.0), rig.camera(5.2)
-    found = trust.of_rays(Predicted(off, 5e-4, 3e-4), 0, true)
-    angles = ray_angles(off, true, lattice(true, trust.COMPARED_PX))
+    found = experiment.of_rays(Predicted(off, 5e-4, 3e-4), 0, true)
+    angles = ray_angles(off, true, lattice(true, experiment.COMPARED_PX))
     assert found["true_deg"] == pytest.approx(np.sqrt(np.nanmean(angles**2)))
     assert found["predicted_deg"] == pytest.approx(np.degrees(np.sqrt(2) * 5e-4))
     assert found["without_deg"] == pytest.approx(np.degrees(np.sqrt(2) * 4e-4))
-    assert trust.of_rays(Predicted(true, 5e-4, 0.0), 0, true)["true_deg"] < 1e-9
+    assert experiment.of_rays(Predicted(true, 5e-4, 0.0), 0, true)["true_deg"] < 1e-9
 
 
 def test_exercises_are_judged_rightly():

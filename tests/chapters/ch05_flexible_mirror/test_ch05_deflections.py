@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
-from chapters.ch05_flexible_mirror.s3_3_deflections.claims import edge_excess
+from chapters.ch05_flexible_mirror.s3_3_deflections import claims, report
 from chapters.shared.mirror.levels import BENCHES, FIRST, LEVEL, SWEPT
 from repro.run.outcomes import NOT_COMPARABLE
 from tests.exercise_answers import misjudged
@@ -31,11 +29,16 @@ TRUE = {"shift_mm": 100.2, "turn_deg": 0.1, "measured_deg": 0.2, "angle_deg": 0.
         "seen_at": SHEET}  # fmt: skip
 
 
-ARRAYS = {"off_deg": runs.STAGES, "sheet": runs.STAGES, "own": (3,), "seen_at": (3,)}
+ARRAYS = {
+    "off_deg": report.STAGES,
+    "sheet": report.STAGES,
+    "own": (3,),
+    "seen_at": (3,),
+}
 
 
 KEPT = ("shift_mm", "turn_deg")
-NONE = {(k, name): np.nan for k in runs.DEFLECTED for name in TRUE}
+NONE = {(k, name): np.nan for k in report.DEFLECTED for name in TRUE}
 
 
 def of_bench(bench, seeds, other, places=True, lost=0, kept=KEPT):
@@ -43,14 +46,14 @@ def of_bench(bench, seeds, other, places=True, lost=0, kept=KEPT):
     seeds that were rejected at stage 3, and have of it what `kept` names."""
     rng = np.random.default_rng(5)
     out = {f"{bench}.refused": ["stage 3"] * lost + [None] * (seeds - lost)}
-    for stage in runs.STAGES:
+    for stage in report.STAGES:
         for name, value in TRUE.items():
             value = other.get((stage, name), value)
             if np.ndim(value) and not (places and stage in ARRAYS[name]):
                 continue
             near = 1 + 1e-4 * rng.standard_normal(seeds)
             values = [value] * seeds if np.ndim(value) else list(value * near)
-            gone = lost if stage == runs.LAST and name not in kept else 0
+            gone = lost if stage == report.LAST and name not in kept else 0
             out[f"{bench}.stage{stage}.{name}"] = [None] * gone + values[gone:]
     return out
 
@@ -60,9 +63,9 @@ def made(other=None, swept=None, seeds=SEEDS, places=True, at=None, **lost):
     at: {level: what is otherwise there}."""
     results = {}
     for name, benches, count, changed, gone in (
-        (runs.RUNS, BENCHES, seeds, other or {}, lost),
-        (runs.LONGER, {LEVEL}, seeds, other or {}, {}),
-        (runs.SWEPT_RUNS, SWEPT, 4, swept or other or {}, {}),
+        (report.RUNS, BENCHES, seeds, other or {}, lost),
+        (report.LONGER, {LEVEL}, seeds, other or {}, {}),
+        (report.SWEPT_RUNS, SWEPT, 4, swept or other or {}, {}),
     ):
         columns = {}
         for bench in benches:
@@ -133,7 +136,7 @@ def test_the_monitor_s_travel_is_put_in_at_the_second_level_and_judged_elsewhere
 
 def test_how_far_linear_estimates_lie_below_is_told_of_both_rigs_and_not_judged():
     results = made({(1, "linear_mm"): 4.5}, places=False)
-    results[runs.OTHER] = made({(3, "linear_mm"): 2.0}, places=False)[runs.RUNS]
+    results[report.OTHER] = made({(3, "linear_mm"): 2.0}, places=False)[report.RUNS]
     (found,) = readings_of(claims.judge_linear_range, results)
     assert found.verdict == NOT_COMPARABLE
     assert "A 8.16, 38.8, 38.8 % (" in found.regenerated
@@ -153,7 +156,7 @@ def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
         ("as published", [False, False, False]),
         ("rejected", [False, True, True]),
     ):
-        found = runs.Runs(results, {"swinging_ends": option})
+        found = report.Runs(results, {"swinging_ends": option})
         assert np.isnan(found.at("deflection_mm")).mean(axis=1).tolist() == lost
     # The linear stage is before what is rejected, and after it there is none.
     for one in readings_of(claims.judge_underestimate, results):
@@ -171,7 +174,7 @@ def test_seeds_that_were_rejected_do_not_count_and_are_told():
         told = {("reproduced", "5 of 40", missed), ("reproduced",)}
         # The other geometry has none.
         assert of_rejected(judge, results) == told
-    found = runs.Runs(results)
+    found = report.Runs(results)
     (means,) = claims.of_arrays(found, 3, ("off_deg",), lambda off: [off.mean()], 1)
     assert np.isnan(means).tolist() == [True] * LOST + [False] * (SEEDS - LOST)
     np.testing.assert_array_equal(found.drawn(3, "sheet"), SHEET)
@@ -209,14 +212,17 @@ def test_strips_are_along_one_clamped_and_three_free_edges():
 
 def test_errors_of_one_size_have_no_excess_at_the_edges():
     rng = np.random.default_rng(2)
-    p = [edge_excess(rng.normal(size=(len(SHEET), 2)), SHEET)[1] for _ in range(60)]
+    p = [
+        claims.edge_excess(rng.normal(size=(len(SHEET), 2)), SHEET)[1]
+        for _ in range(60)
+    ]
     assert np.mean(np.array(p) < 0.01) < 0.1
-    assert edge_excess(np.ones((4, 2)), np.full((4, 2), 0.5)) == (1.0, 1.0)
+    assert claims.edge_excess(np.ones((4, 2)), np.full((4, 2), 0.5)) == (1.0, 1.0)
 
 
 def test_linear_estimates_are_larger_with_a_nearer_camera():
-    assert runs.camera_mm("B") < runs.camera_mm("A")
-    assert runs.by_formula("B") > runs.by_formula("A")
+    assert report.camera_mm("B") < report.camera_mm("A")
+    assert report.by_formula("B") > report.by_formula("A")
 
 
 def test_exercises_are_judged_rightly():

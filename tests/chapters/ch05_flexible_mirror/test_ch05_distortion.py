@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_4_distortion import claims
-from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as face
-from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as pictures
-from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as run
-from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as target
-from chapters.ch05_flexible_mirror.s3_4_distortion import report as exact
-from chapters.ch05_flexible_mirror.s3_4_distortion import report as figures
-from chapters.ch05_flexible_mirror.s3_4_distortion import report as predicates
-from chapters.ch05_flexible_mirror.s3_4_distortion import report as runs
-from chapters.ch05_flexible_mirror.s3_4_distortion import report as tables
+from chapters.ch05_flexible_mirror.s3_4_distortion import claims, experiment, report
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
@@ -23,7 +14,7 @@ from tests.judged_claims import of_rejected, verdicts
 from tests.made_results import ROOT, of_columns
 
 SEEDS, LOST = 40, 5
-ANGLES = 2 * np.pi * np.arange(target.PLACES) / target.PLACES
+ANGLES = 2 * np.pi * np.arange(experiment.PLACES) / experiment.PLACES
 
 
 def profile(stage, common):
@@ -42,7 +33,7 @@ def of_bench(bench, seeds, other, common=False):
     def near(value):
         return value * (1 + 1e-5 * rng.standard_normal(seeds))
 
-    for stage in runs.STAGES:
+    for stage in report.STAGES:
         at = f"{bench}.published.stage{stage}"
         for name, value in TRUE.items():
             out[f"{at}.{name}"] = near(other.get((stage, name), value))
@@ -60,8 +51,8 @@ def made(other=None, swept=None, seeds=SEEDS):
     """The results of both experiments, with what is otherwise at each kind of bench."""
     results = {}
     for name, benches, count, changed in (
-        (runs.RUNS, BENCHES, seeds, other or {}),
-        (runs.SWEPT_RUNS, SWEPT, 4, swept or other or {}),
+        (report.RUNS, BENCHES, seeds, other or {}),
+        (report.SWEPT_RUNS, SWEPT, 4, swept or other or {}),
     ):
         columns = {}
         for bench in benches:
@@ -109,8 +100,8 @@ def test_seeds_that_were_rejected_do_not_count_and_are_told():
         (claims.judge_growth, "reproduced"),
     ):
         assert of_rejected(judge, results) == {("reproduced", "5 of 40", missed)}
-    found = runs.CircleRuns(results)
-    assert np.isnan(predicates.alike(found)).sum() == LOST
+    found = report.CircleRuns(results)
+    assert np.isnan(report.alike(found)).sum() == LOST
 
 
 def whole_results(lost=0, at_ends=0):
@@ -118,14 +109,14 @@ def whole_results(lost=0, at_ends=0):
     last stage, and so many of those at the ends of the sweep."""
     results = {}
     for name, benches, seeds, gone in (
-        (runs.RUNS, BENCHES, SEEDS, lost),
-        (runs.SWEPT_RUNS, SWEPT, 4, at_ends),
+        (report.RUNS, BENCHES, SEEDS, lost),
+        (report.SWEPT_RUNS, SWEPT, 4, at_ends),
     ):
         columns = {}
         for bench in benches:
             columns |= of_bench(bench, seeds, {})
             for measure in (*TRUE, "profile"):
-                at = f"{bench}.published.stage{runs.LAST}.{measure}"
+                at = f"{bench}.published.stage{report.LAST}.{measure}"
                 columns[at] = without(columns[at], gone)
             said = [
                 f"stage 3: {seed}" if seed < gone else None for seed in range(seeds)
@@ -143,14 +134,14 @@ def test_an_end_at_which_every_seed_was_rejected_is_on_no_side():
 
 def test_tables_and_numbers_stand_without_a_seed_that_came_through():
     results = whole_results(lost=SEEDS)
-    table = tables.table_5_6(results).columns
-    last = [s == runs.LAST for s in table["Stage"]].index(True)
+    table = report.table_5_6(results).columns
+    last = [s == report.LAST for s in table["Stage"]].index(True)
     assert (table["Runs"][last], table["Radius (mm)"][last]) == (0, None)
-    numbers = tables.numbers_of_table_5_6(results)
+    numbers = report.numbers_of_table_5_6(results)
     assert numbers["t5_6_s3_radius"].value == "nothing"
     assert "40 of 40 runs" in numbers["t5_6_s3_radius"].reason
     assert numbers["t5_6_s0_radius"].value == pytest.approx(87.0, abs=0.01)
-    blind = figures.ext_circle_blind(whole_results(lost=LOST)).data
+    blind = report.ext_circle_blind(whole_results(lost=LOST)).data
     assert set(blind["mirror"]) == {"true mirror", "stage by stage"}
 
 
@@ -161,9 +152,9 @@ def test_a_flat_mirror_that_bends_a_conic_fails_the_claim(monkeypatch):
 
 def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
     rig = mirror_rig("A")
-    camera, T = rig.camera(10.0, 21.0, 3), target.held(rig, 10.0, 3)
-    ring = target.ring_on(rig.board)
-    outlines = target.ring_outlines(rig, camera, T, 24)
+    camera, T = rig.camera(10.0, 21.0, 3), experiment.held(rig, 10.0, 3)
+    ring = experiment.ring_on(rig.board)
+    outlines = experiment.ring_outlines(rig, camera, T, 24)
     edges = []
     for radius, (pixels, normals, scale) in zip(ring.edges, outlines, strict=True):
         apart, farther = (
@@ -177,40 +168,42 @@ def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
         np.testing.assert_allclose(outwards, 0.5, rtol=0.02)
         edges.append(pixels)
     # The middle between both edges, of the picture and of the board, is the circle.
-    both = target.RingEdges(np.array(edges), None)
+    both = experiment.RingEdges(np.array(edges), None)
     in_picture = points_on_plane(camera, np.mean(edges, axis=0), T).points
     for points, most in (
-        (target.middle_of_line(camera, both, T), 1e-6),
+        (experiment.middle_of_line(camera, both, T), 1e-6),
         (in_picture, 0.03),
     ):
-        off = np.linalg.norm(points - ring.centre, axis=1) - target.RADIUS_MM
+        off = np.linalg.norm(points - ring.centre, axis=1) - experiment.RADIUS_MM
         assert np.nanmax(np.abs(off)) < most
 
 
 def exact_sight(rig, camera, deflection):
     """The RingSight of stage `deflection` without any error."""
-    T = target.held(rig, deflection, 3)
+    T = experiment.held(rig, deflection, 3)
     corners, seen = rig.corners(camera, T)
-    corners = np.where((seen & target.off_ring(rig.board))[:, None], corners, np.nan)
-    centre = target.ring_on(rig.board).centre
-    line = circle_outline(camera, T, centre, target.RADIUS_MM, target.PLACES)[0]
-    return run.RingSight(T, corners, line)
+    corners = np.where(
+        (seen & experiment.off_ring(rig.board))[:, None], corners, np.nan
+    )
+    centre = experiment.ring_on(rig.board).centre
+    line = circle_outline(camera, T, centre, experiment.RADIUS_MM, experiment.PLACES)[0]
+    return experiment.RingSight(T, corners, line)
 
 
 def test_exact_rays_have_an_exact_circle_and_those_of_another_stage_have_none():
     rig = mirror_rig("A")
     true, other = rig.camera(5.0, 21.0, 3), rig.camera(6.0, 21.0, 3)
     sight = exact_sight(rig, true, 5.0)
-    found = run.scored(rig, true, true, sight)
-    assert abs(found["radius_mm"] - target.RADIUS_MM) < 1e-6
+    found = experiment.scored(rig, true, true, sight)
+    assert abs(found["radius_mm"] - experiment.RADIUS_MM) < 1e-6
     assert max(found["residual_mm"], found["pose_mm"]) < 1e-6
-    wrong = run.scored(rig, other, true, sight)
+    wrong = experiment.scored(rig, other, true, sight)
     assert wrong["angle_deg"] > 0.3
     assert wrong["pose_mm"] > 1
     assert wrong["residual_mm"] > 0.01
     # The pose that is found makes up for most of it.
     own, placed = wrong["radius_mm"], wrong["true_pose_radius_mm"]
-    assert abs(own - target.RADIUS_MM) < 0.5 * abs(placed - target.RADIUS_MM)
+    assert abs(own - experiment.RADIUS_MM) < 0.5 * abs(placed - experiment.RADIUS_MM)
 
 
 def test_a_circle_that_is_hardly_seen_is_refused():
@@ -220,13 +213,13 @@ def test_a_circle_that_is_hardly_seen_is_refused():
     line = sight.line.copy()
     line[10:] = np.nan
     with pytest.raises(InputError, match="10 of 90 places"):
-        run.on_board(rig, camera, sight._replace(line=line))
+        experiment.on_board(rig, camera, sight._replace(line=line))
 
 
 def test_wider_pixels_see_along_the_same_rays():
     rig = mirror_rig("A")
     camera = rig.camera(5.0)
-    coarse = pictures.with_wider_pixels(rig, 4).camera(5.0)
+    coarse = experiment.with_wider_pixels(rig, 4).camera(5.0)
     assert (coarse.width, coarse.height) == (camera.width // 4, camera.height // 4)
     pixels = np.array([[300.0, 200.0], [420.0, 350.0]])
     fine, wide = camera.rays(4 * pixels + 1.5), coarse.rays(pixels)
@@ -238,17 +231,17 @@ def test_wider_pixels_see_along_the_same_rays():
 def test_a_homography_is_no_distortion_and_a_bend_is():
     places = np.random.default_rng(2).uniform(0, 100, (20, 2))
     H = np.array([[1.1, 0.1, 3], [-0.1, 0.9, 5], [1e-3, 2e-3, 1]])
-    assert face.off_homography(places, apply_homography(H, places)) < 1e-6
+    assert experiment.off_homography(places, apply_homography(H, places)) < 1e-6
     bent = places + 1e-3 * (places - 50) ** 2 * [1, 0]
-    assert face.off_homography(places, bent) > 0.1
+    assert experiment.off_homography(places, bent) > 0.1
 
 
 def test_a_circle_is_exact_on_its_plane_and_a_flat_mirror_makes_a_conic(monkeypatch):
-    monkeypatch.setattr(exact, "STAGES_MM", (15.0,))
-    exact.exact_radii.cache_clear()
+    monkeypatch.setattr(report, "STAGES_MM", (15.0,))
+    report.exact_radii.cache_clear()
     assert claims.judge_exact({}).verdict == "reproduced"
-    exact.exact_radii.cache_clear()
-    assert exact.conic_of_flat_mirror() < claims.EXACT_PX
+    report.exact_radii.cache_clear()
+    assert report.conic_of_flat_mirror() < claims.EXACT_PX
 
 
 def test_exercises_are_judged_rightly():

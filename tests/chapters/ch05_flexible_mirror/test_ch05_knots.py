@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s2_method import experiment as knots
+from chapters.ch05_flexible_mirror.s2_method import experiment
 from chapters.ch05_flexible_mirror.s2_method.claims import judge_knot_tradeoff
 from chapters.ch05_flexible_mirror.s2_method.report import KNOTS, largest_step
 from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import (
@@ -21,8 +21,8 @@ def knotted(borne=(10.0, 5.0, 2.5, 1.0), errors=(0.1, 0.05, 0.02, 0.01), lost=0)
     """Results in which each number of knots bears steps up to `borne`, mm, in all seeds
     but `lost`, with these errors without noise, mm."""
     values = {}
-    for shape, most, error in zip(knots.SHAPES, borne, errors, strict=True):
-        angles = np.where(np.array(knots.STEPS_MM) <= most, 0.1, np.nan)
+    for shape, most, error in zip(experiment.SHAPES, borne, errors, strict=True):
+        angles = np.where(np.array(experiment.STEPS_MM) <= most, 0.1, np.nan)
         trials = np.tile(angles, (SEEDS, 1))
         trials[:lost] = 2.0
         values[f"{shape_name(shape)}.angles_deg"] = trials
@@ -49,8 +49,13 @@ def test_knots_have_to_cost_steps_and_to_come_nearer(other, verdict):
 
 def test_a_step_is_borne_where_nine_of_ten_seeds_are_near():
     found = knotted(lost=2)[KNOTS]
-    assert [largest_step(found, shape) for shape in knots.SHAPES] == [10, 5, 2.5, 1]
-    assert largest_step(knotted(lost=3)[KNOTS], knots.SHAPES[0]) == 0
+    assert [largest_step(found, shape) for shape in experiment.SHAPES] == [
+        10,
+        5,
+        2.5,
+        1,
+    ]
+    assert largest_step(knotted(lost=3)[KNOTS], experiment.SHAPES[0]) == 0
 
 
 def relieved(rise=3.0, left=1.4, spread=0.02, lost=0):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s2_method import claims
-from chapters.ch05_flexible_mirror.s2_method import experiment as static_grids
+from chapters.ch05_flexible_mirror.s2_method import claims, experiment
 from chapters.ch05_flexible_mirror.s2_method.report import LOOPS, STATIC
 from chapters.shared.mirror.levels import BENCHES
 from chapters.shared.mirror.rigs import mirror_rig
@@ -82,10 +81,10 @@ def test_squares_of_a_flat_mirror_say_what_each_pixel_sees():
     rig = mirror_rig("A")
     camera = rig.camera(0.0)
     (T, _) = rig.monitor_poses()
-    pixels = static_grids.lattice(camera, 128)
+    pixels = experiment.lattice(camera, 128)
     exact = true_points(rig, camera, pixels, T)
-    board = static_grids.chessboard(camera, T, exact)
-    read = static_grids.between_corners(board, pixels)
+    board = experiment.chessboard(camera, T, exact)
+    read = experiment.between_corners(board, pixels)
     known = np.isfinite(read[:, 0])
     assert known.mean() > 0.7
     # What is left is the lens's distortion within a square.
@@ -93,7 +92,7 @@ def test_squares_of_a_flat_mirror_say_what_each_pixel_sees():
 
 
 def test_exact_points_give_the_surface_but_for_what_no_spline_can_follow():
-    found = static_grids.static_trial(
+    found = experiment.static_trial(
         {"geometry": "A", "aberration_um": 0.0}, np.random.default_rng(3)
     )
     assert max(found["pixel"][f"{n}_mm"] for n in ("linear", "refined")) < 0.02

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s1_model import experiment as plane
-from chapters.ch05_flexible_mirror.s1_model import experiment as splines
-from chapters.ch05_flexible_mirror.s1_model import report as claims
+from chapters.ch05_flexible_mirror.s1_model import experiment, report
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings, verdict
 from tests.made_results import ROOT
@@ -14,15 +12,15 @@ RNG = np.random.default_rng
 
 
 def test_spread_pixels_use_every_interval_and_both_halves():
-    grid, _ = splines.draw_mirror(RNG(0))
-    p = splines.spread_pixels(RNG(1), 10, grid)
+    grid, _ = experiment.draw_mirror(RNG(0))
+    p = experiment.spread_pixels(RNG(1), 10, grid)
     assert sorted(grid.intervals(p)[:, 0]) == sorted([0, 1, 2, 3, 4] * 2)
     assert np.sum(p[:, 1] < 0) == 5
     assert grid.inside(p).all()
 
 
 def test_the_curve_through_the_true_anchor_is_the_true_mirror():
-    found = plane.shapes_trial({}, None)["anchor_1"]
+    found = experiment.shapes_trial({}, None)["anchor_1"]
     assert found["beyond_scale_mm"] < 1e-7
 
 
@@ -63,25 +61,25 @@ def power(name, exponent):
 
 
 CLAIMS = {
-    claims.judge_depth_ambiguity: (
+    report.judge_depth_ambiguity: (
         {"open": [1.0, 1.0], "off": [1e-15, 1e-14]},
         [{"open": [1.0, 2.0], "off": [1e-15] * 2}, {"open": [1.0], "off": [1e-3]}],
     ),
-    claims.judge_shape_ambiguity: (
+    report.judge_shape_ambiguity: (
         anchors(),
         [anchors(offset=1.0), anchors(apart=1e-3)],
     ),
-    claims.judge_fix_removes: (
+    report.judge_fix_removes: (
         fixed(),
         [fixed(refined=1.0), fixed(linear=1e-3), fixed(left=1.0)],
     ),
-    claims.judge_min_pairs: (pairs(), [pairs(most=21), pairs(least=11)]),
-    claims.judge_end_knots: (
+    report.judge_min_pairs: (pairs(), [pairs(most=21), pairs(least=11)]),
+    report.judge_end_knots: (
         ends(),
         [ends(lost=0), ends(lost=0, reciprocal=0.2 / 900)],
     ),
-    claims.judge_far: (power("angle_deg", -1.0), [power("angle_deg", -0.8)]),
-    claims.judge_aberration: (power("moved_mm", 1.0), [power("moved_mm", 1.1)]),
+    report.judge_far: (power("angle_deg", -1.0), [power("angle_deg", -0.8)]),
+    report.judge_aberration: (power("moved_mm", 1.0), [power("moved_mm", 1.1)]),
 }  # fmt: skip
 EXPERIMENTS = {
     judge: mark["needs"][0] for judge in CLAIMS for mark in judge.repro_marks
@@ -101,7 +99,7 @@ def test_the_beam_is_compared_in_both_ways_and_up_to_the_stated_slope():
         steep = condition["slope2"] > 0.036
         return {"same_deflection": [0.5 if steep else 0.01], "same_force": [0.03]}
 
-    found = readings(claims.judge_beam_cubic, "exp_c5_beam_cubic", made)
+    found = readings(report.judge_beam_cubic, "exp_c5_beam_cubic", made)
     assert [one.verdict for one in found] == ["reproduced", "differs"]
 
 
@@ -110,7 +108,7 @@ def test_picks_do_harm_where_their_error_is_three_times_the_refined_one():
         "pick.picked_mm": 0.02, "pick.refined_mm": 0.01,
         "point.picked_mm": 0.08, "point.refined_mm": 0.02,
     }  # fmt: skip
-    found = readings(claims.judge_edges, "exp_c5_edge_refine", made)
+    found = readings(report.judge_edges, "exp_c5_edge_refine", made)
     assert {r.reading["clamp_value"]: r.verdict for r in found} == {
         "at the pick": "differs",
         "of the fixed point": "reproduced",
@@ -118,6 +116,6 @@ def test_picks_do_harm_where_their_error_is_three_times_the_refined_one():
 
 
 def test_a_flat_mirror_is_central_and_a_bent_one_is_not(monkeypatch):
-    assert claims.judge_centre({}).verdict == "reproduced"
-    monkeypatch.setattr(claims, "STAGES_MM", (0.0, 1e-6))
-    assert claims.judge_centre({}).verdict == "differs"
+    assert report.judge_centre({}).verdict == "reproduced"
+    monkeypatch.setattr(report, "STAGES_MM", (0.0, 1e-6))
+    assert report.judge_centre({}).verdict == "differs"

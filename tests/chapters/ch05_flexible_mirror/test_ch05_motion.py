@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_5_motion import claims
-from chapters.ch05_flexible_mirror.s3_5_motion import experiment as motion
-from chapters.ch05_flexible_mirror.s3_5_motion import experiment as scene
-from chapters.ch05_flexible_mirror.s3_5_motion import report as predicates
-from chapters.ch05_flexible_mirror.s3_5_motion import report as runs
-from chapters.ch05_flexible_mirror.s3_5_motion.experiment import length_bounds
+from chapters.ch05_flexible_mirror.s3_5_motion import claims, experiment, report
 from chapters.shared.mirror.levels import ABERRATION_UM, BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.geometry import transform
@@ -26,10 +21,10 @@ def bent():
 
 def test_exact_pictures_give_the_motion_its_length_and_the_cylinder(bent):
     rng = np.random.default_rng(3)
-    seen = scene.moved_cylinder(bent, rng)
-    found = motion.motion_and_shape(bent, seen, seen.pixels, rng)
+    seen = experiment.moved_cylinder(bent, rng)
+    found = experiment.motion_and_shape(bent, seen, seen.pixels, rng)
     for way in ("open", "given"):
-        assert found[way]["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=0.01)
+        assert found[way]["radius_mm"] == pytest.approx(experiment.RADIUS_MM, abs=0.01)
         last = found[way]["step5"]
         assert last["length_mm"] == pytest.approx(125, abs=0.01)
         assert max(last["turn_deg"], last["off_mm"]) < 0.01
@@ -38,46 +33,48 @@ def test_exact_pictures_give_the_motion_its_length_and_the_cylinder(bent):
 
 
 def test_marks_lie_on_the_cylinder_and_stay_in_the_mirror(bent):
-    seen = scene.moved_cylinder(bent, np.random.default_rng(4))
+    seen = experiment.moved_cylinder(bent, np.random.default_rng(4))
     points = seen.points @ np.eye(3)
-    fit = motion.cylinder_through(points)
-    assert fit["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=1e-6)
+    fit = experiment.cylinder_through(points)
+    assert fit["radius_mm"] == pytest.approx(experiment.RADIUS_MM, abs=1e-6)
     assert abs(fit["cylinder"][3:6] @ seen.axis) == pytest.approx(1)
     for T, pixels in zip(seen.T, seen.pixels, strict=True):
         again = bent.project(transform(T, points))
         np.testing.assert_allclose(again.pixels, pixels, atol=1e-9)
-        assert motion.shown(bent, pixels).all()
+        assert experiment.shown(bent, pixels).all()
 
 
 def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
-    seen = scene.moved_cylinder(bent, np.random.default_rng(5))
+    seen = experiment.moved_cylinder(bent, np.random.default_rng(5))
     points = seen.points.copy()
     points[0] = np.nan
-    assert motion.cylinder_through(points)["missed"] == 1
+    assert experiment.cylinder_through(points)["missed"] == 1
     flat = points * [1.0, 1.0, 0.0]
-    assert "no_shape" in motion.cylinder_through(flat)
+    assert "no_shape" in experiment.cylinder_through(flat)
 
 
 def test_a_longer_way_determines_a_length_better(bent):
-    seen = scene.moved_cylinder(bent, np.random.default_rng(6))
-    found = length_bounds(bent, seen)
+    seen = experiment.moved_cylinder(bent, np.random.default_rng(6))
+    found = experiment.length_bounds(bent, seen)
     one, five = found["told1"], found["told5"]
     assert five["length_percent"] < one["length_percent"] / 2
 
 
 def test_a_length_that_is_given_is_kept_by_every_step():
     uneven = mirror_rig("A", small=True).camera(15.0, ABERRATION_UM, 2)
-    seen = scene.moved_cylinder(uneven, np.random.default_rng(9))
+    seen = experiment.moved_cylinder(uneven, np.random.default_rng(9))
     rng = np.random.default_rng(10)
     noisy = seen.pixels + 0.05 * rng.standard_normal(seen.pixels.shape)
-    marks = motion.seen_by(uneven, noisy, 0.05)
-    for T in motion.pairwise(marks.rays[:2], rng, scene.STEP_MM):
-        assert np.linalg.norm(marks.shift(T)) == pytest.approx(scene.STEP_MM, rel=1e-3)
-        assert motion.turn_between(T, seen.T[1]) < 0.5
+    marks = experiment.seen_by(uneven, noisy, 0.05)
+    for T in experiment.pairwise(marks.rays[:2], rng, experiment.STEP_MM):
+        assert np.linalg.norm(marks.shift(T)) == pytest.approx(
+            experiment.STEP_MM, rel=1e-3
+        )
+        assert experiment.turn_between(T, seen.T[1]) < 0.5
 
 
-TRUE = {f"published.open.step{k}.length_mm": 25.0 * k + 0.5 for k in runs.EACH_STEP}
-TRUE |= {f"published.open.step{k}.off_mm": 4.0 for k in runs.EACH_STEP}
+TRUE = {f"published.open.step{k}.length_mm": 25.0 * k + 0.5 for k in report.EACH_STEP}
+TRUE |= {f"published.open.step{k}.off_mm": 4.0 for k in report.EACH_STEP}
 TRUE |= {name.replace("published", "true"): value for name, value in TRUE.items()}
 TRUE |= {"published.given.step5.off_mm": 1.0, "published.open.scaled_mm": 60.0,
          "published.open.radius_mm": 66.0, "published.given.radius_mm": 63.0,
@@ -103,7 +100,7 @@ def of_level(level, other):
 def made(**other):
     """MotionRuns of the primary level, TRUE but for some names."""
     columns = of_level(LEVEL, other)
-    return runs.MotionRuns({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+    return report.MotionRuns({report.RUNS: of_columns(({"geometry": "A"}, columns))})
 
 
 def all_made(swept=None, longer=None, **other):
@@ -116,9 +113,9 @@ def all_made(swept=None, longer=None, **other):
             )
         )
         for name, levels, changed in (
-            (runs.RUNS, BENCHES, other),
-            (runs.SWEPT_RUNS, SWEPT, other if swept is None else swept),
-            (runs.LONGER, {LEVEL}, other if longer is None else longer),
+            (report.RUNS, BENCHES, other),
+            (report.SWEPT_RUNS, SWEPT, other if swept is None else swept),
+            (report.LONGER, {LEVEL}, other if longer is None else longer),
         )
     }
 
@@ -126,11 +123,11 @@ def all_made(swept=None, longer=None, **other):
 @pytest.mark.parametrize(
     ("predicate", "wrong"),
     [
-        (predicates.follows, {"published__open__step2__length_mm": 53.0}),
-        (predicates.follows, {"published__open__step5__off_mm": 8.1}),
-        (predicates.follows, {"published__open__step5__off_mm": None}),
-        (predicates.radius_found, {"published__open__scaled_mm": 56.0}),
-        (predicates.radius_found, {"published__open__radius_mm": 76.0}),
+        (report.follows, {"published__open__step2__length_mm": 53.0}),
+        (report.follows, {"published__open__step5__off_mm": 8.1}),
+        (report.follows, {"published__open__step5__off_mm": None}),
+        (report.radius_found, {"published__open__scaled_mm": 56.0}),
+        (report.radius_found, {"published__open__radius_mm": 76.0}),
     ],
 )
 def test_what_is_asked_of_a_seed_can_fail(predicate, wrong):
@@ -142,21 +139,21 @@ ALL = np.ones(SEEDS, bool)
 
 
 def test_two_markers_beside_the_cylinder_are_too_many():
-    assert predicates.markers_meet(made(), ALL).verdict == "reproduced"
+    assert report.markers_meet(made(), ALL).verdict == "reproduced"
     two = made(published__open__missed=2)
-    assert predicates.markers_meet(two, ALL).verdict == "differs"
+    assert report.markers_meet(two, ALL).verdict == "differs"
 
 
 def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
-    assert predicates.scale_tells(made(), ALL).verdict == "reproduced"
-    assert predicates.scale_right(made(), ALL)
+    assert report.scale_tells(made(), ALL).verdict == "reproduced"
+    assert report.scale_right(made(), ALL)
     off = made(published__open__mean_mm=31.34)
-    assert not predicates.scale_right(off, ALL)
+    assert not report.scale_right(off, ALL)
     # One that is wrong, and one whose scatter grows.
     for wrong in (off, made(stage0__mean_mm=25.0, stage1__mean_mm=25.0)):
-        assert predicates.scale_tells(wrong, ALL).verdict == "differs"
-    lost = predicates.log_scales(made(stage0__mean_mm=None))
-    assert np.all(lost[0] == np.log(predicates.MAX_FACTOR))
+        assert report.scale_tells(wrong, ALL).verdict == "differs"
+    lost = report.log_scales(made(stage0__mean_mm=None))
+    assert np.all(lost[0] == np.log(report.MAX_FACTOR))
 
 
 FAR = {"published__open__step5__off_mm": 8.1}

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as plane
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as run
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as scan
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as sensitivity
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import report as claims
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import FRAMES, RUNS, SWEPT
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment, report
 from chapters.shared.mirror.levels import BENCHES
 from chapters.shared.mirror.levels import SWEPT as ENDS
 from chapters.shared.mirror.rigs import mirror_rig
@@ -27,16 +22,16 @@ def cylinder():
     rig = mirror_rig("A")
     fields = rig.rig.camera.arguments() | {"deflections": 7.98, "rulings": 0.0}
     turned = [[0.5, 0.0, np.sqrt(0.75)], [0.0, -1.0, 0.0], [np.sqrt(0.75), 0.0, -0.5]]
-    axes = plane._axes(ANGLE)
+    axes = experiment._axes(ANGLE)
     fields["rotation"] = axes.T @ (np.array(turned) * [-1, 1, 1])
     return rig, type(rig.rig.camera)(**fields)
 
 
 def heights_of(rig, camera):
     """The HeightCurve next to the true mirror of a camera."""
-    seen = scan.scan_of(rig, camera, ANGLE)
+    seen = experiment.scan_of(rig, camera, ANGLE)
     T = camera.T_viewer_mirror
-    foot, along = (plane.in_plane(v, ANGLE) for v in (T[:3, 3], T[:3, 0]))
+    foot, along = (experiment.in_plane(v, ANGLE) for v in (T[:3, 3], T[:3, 0]))
     across = np.array([-along[1], along[0]])
     x, z = ((seen.points - foot) @ axis for axis in (along, across))
     powers = np.vander(x / 160.0, 4, increasing=True)
@@ -45,8 +40,8 @@ def heights_of(rig, camera):
 
 def test_a_cylinder_loses_nothing_in_the_plane(cylinder):
     rig, camera = cylinder
-    found = plane.ReducedCamera(camera.viewer, ANGLE, heights_of(rig, camera))
-    pixels = run.lattice(camera, 300)
+    found = experiment.ReducedCamera(camera.viewer, ANGLE, heights_of(rig, camera))
+    pixels = experiment.lattice(camera, 300)
     true, rays = camera.rays(pixels), found.rays(pixels)
     np.testing.assert_allclose(rays.origins, true.origins, atol=0.05)
     np.testing.assert_allclose(rays.directions, true.directions, atol=2e-3)
@@ -55,9 +50,9 @@ def test_a_cylinder_loses_nothing_in_the_plane(cylinder):
 
 def test_rays_in_the_plane_are_those_in_space_without_the_upright_part():
     curve = DistanceCurve(np.array([400.0, 60.0, 5.0, 1.0]), (0.2, -0.1))
-    camera = plane.ReducedCamera(mirror_rig("A").viewer, ANGLE, curve)
+    camera = experiment.ReducedCamera(mirror_rig("A").viewer, ANGLE, curve)
     pixels = np.array([[1300.0, 900.0], [1900.0, 1500.0], [np.nan, np.nan]])
-    flat = plane.in_plane(camera.rays(pixels).directions, ANGLE)
+    flat = experiment.in_plane(camera.rays(pixels).directions, ANGLE)
     flat /= np.linalg.norm(flat, axis=1, keepdims=True)
     np.testing.assert_allclose(camera.plane_rays(camera.u(pixels)), flat, atol=1e-12)
     assert list(camera.rays(pixels).valid) == [True, True, False]
@@ -65,14 +60,14 @@ def test_rays_in_the_plane_are_those_in_space_without_the_upright_part():
 
 def exact(curve, u, v):
     """Mirror points and normals in the plane, of the rays of a curve in space."""
-    camera = plane.ReducedCamera(None, 0.0, curve)
+    camera = experiment.ReducedCamera(None, 0.0, curve)
     view = np.column_stack([u, v, np.ones_like(u)])
     view /= np.linalg.norm(view, axis=1, keepdims=True)
     tangents = curve.tangents(u)
     n = np.column_stack([-tangents[:, 1], 0 * u, tangents[:, 0]])
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     away = view - 2 * np.sum(view * n, axis=1, keepdims=True) * n
-    return camera.curve.points(u), plane.plane_normals(view, away, 0.0)
+    return camera.curve.points(u), experiment.plane_normals(view, away, 0.0)
 
 
 @pytest.mark.parametrize("shaped_by", ["normals", "points"])
@@ -81,7 +76,7 @@ def test_exact_rays_give_the_curve_of_distances(shaped_by):
     u = np.linspace(0.19, -0.09, 30)
     points, normals = exact(true, u, 0.1 * np.sin(40 * u))
     given = normals if shaped_by == "normals" else None
-    found = plane.distances_next_to(points, true.span, given)
+    found = experiment.distances_next_to(points, true.span, given)
     np.testing.assert_allclose(found.coefficients, true.coefficients, atol=1e-6)
 
 
@@ -93,13 +88,16 @@ def test_exact_rays_give_the_curve_of_heights():
     points = np.array([60.0, 370.0]) + np.outer(np.linspace(0, 160, 30), along)
     u = points[:, 0] / points[:, 1]
     points, normals = exact(true, u, 0.1 * np.sin(40 * u))
-    found = plane.heights_next_to(points, u[0], u[-1], normals)
+    found = experiment.heights_next_to(points, u[0], u[-1], normals)
     np.testing.assert_allclose(found.points(u), true.points(u), atol=1e-3)
 
 
 def test_a_scan_that_was_moved_is_moved_back():
     rig = mirror_rig("A")
-    scans = [scan.scan_of(rig, rig.camera(mm), ANGLE) for mm in run.DEFLECTIONS_MM]
+    scans = [
+        experiment.scan_of(rig, rig.camera(mm), ANGLE)
+        for mm in experiment.DEFLECTIONS_MM
+    ]
     for one in scans:
         np.testing.assert_allclose(np.linalg.norm(one.normals, axis=1), 1)
     assert abs(scans[1].x[scans[1].at_load] - 150) < 2
@@ -107,19 +105,20 @@ def test_a_scan_that_was_moved_is_moved_back():
     across = scans[0].normals[50]
     motion = np.array([*(0.7 * across), 0.004])
     off = [one.moved(centre) @ motion for one in scans]
-    shared = scan.aligned(scans, off)
+    shared = experiment.aligned(scans, off)
     np.testing.assert_allclose(shared[0], 0, atol=1e-9)
     np.testing.assert_allclose(shared[1], 0, atol=1e-2)
-    np.testing.assert_allclose(scan.alone(scans[1], off[1]), 0, atol=1e-2)
+    np.testing.assert_allclose(experiment.alone(scans[1], off[1]), 0, atol=1e-2)
     # A bend is no motion.
     bend = (scans[0].x / 160) ** 2
-    assert np.mean(np.abs(scan.alone(scans[0], bend))) > 0.03
+    assert np.mean(np.abs(experiment.alone(scans[0], bend))) > 0.03
 
 
 def test_the_offset_of_a_deeper_mirror_is_positive_where_the_load_pushes():
     rig = mirror_rig("A")
     before, after = (
-        scan.scan_of(rig, rig.camera(mm), ANGLE) for mm in run.DEFLECTIONS_MM
+        experiment.scan_of(rig, rig.camera(mm), ANGLE)
+        for mm in experiment.DEFLECTIONS_MM
     )
 
     class Curve:
@@ -139,9 +138,9 @@ def columns(**errors):
     rng = np.random.default_rng(2)
     return {
         f"{way}.{stage}.{frame}": np.array(error) * (1 + 0.01 * rng.random(SEEDS))
-        for way in run.WAYS
+        for way in experiment.WAYS
         for stage, error in errors.items()
-        for frame in FRAMES["scan_frame"].values()
+        for frame in report.FRAMES["scan_frame"].values()
     }
 
 
@@ -156,8 +155,8 @@ def made(usual, **other):
         }
 
     return {
-        RUNS: of_columns(({"geometry": "A"}, of(BENCHES))),
-        SWEPT: of_columns(({"geometry": "A"}, of(ENDS))),
+        report.RUNS: of_columns(({"geometry": "A"}, of(BENCHES))),
+        report.SWEPT: of_columns(({"geometry": "A"}, of(ENDS))),
     }
 
 
@@ -167,8 +166,8 @@ def judged(judge, usual, **other):
 
 TRUE = {"before": 0.1, "linear": 1.8, "final": 0.12}
 CLAIMS = {
-    claims.judge_final_good: ({"final": 1.0},),
-    claims.judge_primary_limits: ({"final": 0.25}, {"final": 0.04}),
+    report.judge_final_good: ({"final": 1.0},),
+    report.judge_primary_limits: ({"final": 0.25}, {"final": 0.04}),
 }
 
 
@@ -207,7 +206,7 @@ def grown(slope, refused=0, floor_mm=0.01):
     factors = 1 + 0.2 * np.random.default_rng(4).standard_normal(count)
 
     def of(condition):
-        injected = np.array(sensitivity.INJECTED_MM)
+        injected = np.array(experiment.INJECTED_MM)
         levels = floor_mm + slope * factors[:, None] * injected
         levels[:refused, 1:] = np.nan
         return {"final_mm": list(levels), "before_mm": [injected] * count}
@@ -220,18 +219,18 @@ def grown(slope, refused=0, floor_mm=0.01):
     [(1.0, "reproduced"), (0.7, "reproduced"), (0.5, "undecided"), (0.3, "differs")],
 )
 def test_an_error_before_has_to_come_through_by_half(slope, verdict):
-    (found,) = readings_of(claims.judge_primary_sensitivity, grown(slope))
+    (found,) = readings_of(report.judge_primary_sensitivity, grown(slope))
     assert found.verdict == verdict
     assert found.regenerated == pytest.approx(slope, rel=0.15)
     # One refused seed in ten is the worst at its level, and turns nothing.
-    (few,) = readings_of(claims.judge_primary_sensitivity, grown(slope, refused=3))
+    (few,) = readings_of(report.judge_primary_sensitivity, grown(slope, refused=3))
     assert few.verdict in (verdict, "undecided")
 
 
 def test_an_injected_error_has_its_size_and_none_is_none():
     condition = {"geometry": "A", "kind": "all"}
-    found = sensitivity.sensitivity_trial(condition, np.random.default_rng(2))
-    sizes = np.array(sensitivity.INJECTED_MM)
+    found = experiment.sensitivity_trial(condition, np.random.default_rng(2))
+    sizes = np.array(experiment.INJECTED_MM)
     # The curve next to the mirror is itself a little off, of a higher order.
     assert 0 < found["before_mm"][0] < 0.01
     np.testing.assert_allclose(found["before_mm"][1:], sizes[1:], rtol=0.02)

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
+from chapters.ch05_flexible_mirror.s3_3_deflections import report
 from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import (
     MirrorRun,
     lit_outline,
     scored,
     scoring_boards,
 )
-from chapters.ch05_flexible_mirror.s3_3_deflections.report import rendered_table
 from chapters.shared.mirror.levels import BENCHES, FIRST, LABORATORY, SAID
 from chapters.shared.mirror.rigs import mirror_rig
 from chapters.shared.mirror.runs import lattice, outline
@@ -70,13 +69,13 @@ def test_runs_from_images_are_compared_with_those_with_redrawn_errors():
     many = {
         f"{bench}.stage{k}.{name}": np.full(20, 0.3)
         for bench in BENCHES
-        for k in runs.DEFLECTED
+        for k in report.DEFLECTED
         for name in ("angle_deg", "deflection_mm")
     }
-    results = {runs.RENDERED: as_planned(runs.RENDERED, of_run)}
-    for geometry, name in (("A", runs.RUNS), ("B", runs.OTHER)):
+    results = {report.RENDERED: as_planned(report.RENDERED, of_run)}
+    for geometry, name in (("A", report.RUNS), ("B", report.OTHER)):
         results[name] = of_columns(({"geometry": geometry}, many))
-    columns = rendered_table(results).columns
+    columns = report.rendered_table(results).columns
     heads = ("Rig", "Error level", "Method", "Stage")
     rows = list(zip(*(columns[head] for head in heads), strict=True))
     angles, redrawn = (

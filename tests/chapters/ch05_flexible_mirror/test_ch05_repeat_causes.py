@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability import claims
-from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as conditioning
-from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as metric
-from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import (
-    edge_ratios,
-    next_to_clamp,
-    way_to_clamp,
-)
+from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, experiment
 from chapters.ch05_flexible_mirror.s3_3_repeatability.report import PANELS, LoopRuns
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
@@ -27,7 +20,7 @@ def vectors_made(benches, edge=0.5, lost=0, worse=()):
     """Loops whose vectors are 1 mm long, and `edge` mm next to the clamp; twice that in
     the panels `worse`; lost: seeds without the single step."""
     board = mirror_rig("A").board.points()
-    near = next_to_clamp(board, np.ones(len(board), bool), way_to_clamp())
+    near = claims.next_to_clamp(board, np.ones(len(board), bool), claims.way_to_clamp())
     values = {}
     for bench in benches:
         values[f"{bench}.board_mm"] = [board] * SEEDS
@@ -71,13 +64,13 @@ def test_the_edge_is_every_row_s_outermost_corner_that_is_seen():
     seen = np.ones(len(board), bool)
     columns = np.unique(board[:, 0])
     seen[board[:, 0] == columns[0]] = False
-    edge = next_to_clamp(board, seen, -1)
+    edge = claims.next_to_clamp(board, seen, -1)
     assert len(edge) == len(np.unique(board[:, 1]))
     np.testing.assert_allclose(board[edge, 0], columns[1])
     runs = LoopRuns(loops())
     share = len(edge) / len(board)
     np.testing.assert_allclose(
-        edge_ratios(runs, "start"), 0.5 / (1 - share + 0.5 * share)
+        claims.edge_ratios(runs, "start"), 0.5 / (1 - share + 0.5 * share)
     )
 
 
@@ -86,7 +79,7 @@ def test_the_board_s_edge_on_the_clamp_s_side_is_the_one_that_the_mirror_shows_t
     T = rig.board_pose(np.random.default_rng(5), 400.0, (15.0,))
     camera, board = rig.camera(15.0), rig.board.points()
     pixels, seen = rig.corners(camera, T)
-    edge = next_to_clamp(board, seen, way_to_clamp())
+    edge = claims.next_to_clamp(board, seen, claims.way_to_clamp())
     clamp = rig.clamp_pixels(camera).mean(axis=0)
     far = np.linalg.norm(pixels - clamp, axis=1)
     assert far[edge].mean() < 0.6 * far[seen].mean()
@@ -190,17 +183,17 @@ def test_without_the_metric_each_corner_stays_on_its_own_ray():
     pixels[~seen] = np.nan
     off = pixels + np.random.default_rng(7).normal(0, 5.0, pixels.shape)
     true = transform(T, on_plane(board))
-    for arm in metric.ARMS:
-        found = metric.scene_points(camera, pixels, board, arm)
+    for arm in experiment.ARMS:
+        found = experiment.scene_points(camera, pixels, board, arm)
         np.testing.assert_allclose(found[seen], true[seen], atol=1e-5)
         assert np.isnan(found[~seen]).all()
     rays = camera.rays(off)
-    bent = metric.scene_points(camera, off, board, "without")
+    bent = experiment.scene_points(camera, off, board, "without")
     known = np.isfinite(bent[:, 0])
     way = (bent - rays.origins)[known]
     along = np.sum(way * rays.directions[known], axis=1)
     np.testing.assert_allclose(np.linalg.norm(way, axis=1), along, rtol=1e-9)
-    stiff = metric.scene_points(camera, off, board, "metric")[known]
+    stiff = experiment.scene_points(camera, off, board, "metric")[known]
     pairs = np.linalg.norm(np.diff(stiff, axis=0), axis=1)
     np.testing.assert_allclose(
         pairs, np.linalg.norm(np.diff(board[known], axis=0), axis=1), rtol=1e-9
@@ -215,4 +208,4 @@ def test_the_covered_share_is_of_the_sheet():
     x, y = (rim * [mirror.end, mirror.half_width]).T
     points = np.column_stack([x, y, mirror.height(x, y)[0]])
     pixels = camera.viewer.project(transform(camera.T_viewer_mirror, points)).pixels
-    assert conditioning.covered_share(camera, pixels) == pytest.approx(0.25, rel=1e-3)
+    assert experiment.covered_share(camera, pixels) == pytest.approx(0.25, rel=1e-3)

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability import claims
-from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as placements
-from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as starts
-from chapters.ch05_flexible_mirror.s3_3_repeatability import report as predicates
-from chapters.ch05_flexible_mirror.s3_3_repeatability import report as tables
-from chapters.ch05_flexible_mirror.s3_3_repeatability.report import EQUIVALENT, LoopRuns
+from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, experiment, report
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
 from tests.exercise_answers import misjudged
@@ -108,7 +103,7 @@ def test_what_changes_side_in_the_sweep_is_left_open_in_the_primary_alone(judge)
 def test_seeds_that_were_rejected_do_not_count_and_are_told(judge):
     """Ten of 60; as misses they turn shares, and no median."""
     lost = loops(refused=10)
-    assert ended_early(LoopRuns(lost)) == (10, 10)
+    assert ended_early(report.LoopRuns(lost)) == (10, 10)
     by_seed = judge in (claims.judge_equivalent_steps, claims.judge_loop)
     missed = "undecided" if by_seed else "reproduced"
     assert of_rejected(judge, lost) == {("reproduced", "10 of 60", missed)}
@@ -117,17 +112,21 @@ def test_seeds_that_were_rejected_do_not_count_and_are_told(judge):
 def test_a_swinging_end_ends_the_loop_and_the_single_step_after_it():
     for place, lost in (("step2", (60, 60)), ("step5", (60, 0)), ("single", (0, 60))):
         swung = loops(swinging=place)
-        assert ended_early(LoopRuns(swung, {"swinging_ends": "rejected"})) == lost
+        assert (
+            ended_early(report.LoopRuns(swung, {"swinging_ends": "rejected"})) == lost
+        )
     found = verdicts(claims.judge_single_step, swung)
     assert found == ("reproduced", {"reproduced", "undecided"})
 
 
 def test_the_steps_are_held_against_those_that_undo_them():
-    assert EQUIVALENT == ((1, 6), (2, 5), (3, 4))
-    runs = LoopRuns(loops(**{"step4.deflection_mm": 0.9, "step3.deflection_mm": 0.9}))
-    assert np.median(predicates.disagreement(runs)) < 1
+    assert report.EQUIVALENT == ((1, 6), (2, 5), (3, 4))
+    runs = report.LoopRuns(
+        loops(**{"step4.deflection_mm": 0.9, "step3.deflection_mm": 0.9})
+    )
+    assert np.median(report.disagreement(runs)) < 1
     # Out 14.5, back 14.5: the height is 0.5 mm short at stage 3, and right at the end.
-    off = np.median(predicates.height_errors(runs), axis=1)
+    off = np.median(report.height_errors(runs), axis=1)
     np.testing.assert_allclose(off, [0, 0, -0.5, 0, 0, 0], atol=0.02)
 
 
@@ -183,7 +182,7 @@ def test_starts_are_judged_by_the_worse_step_of_the_seeds_that_completed_it():
 
 def test_the_dense_board_has_the_other_board_s_corners():
     board = mirror_rig("A").board
-    boards = placements.boards_of_pitches(board)
+    boards = experiment.boards_of_pitches(board)
     np.testing.assert_array_equal(boards["coarse"][0], board.points())
     points, which = boards["dense"]
     assert len(points) == 27 * 25
@@ -192,15 +191,15 @@ def test_the_dense_board_has_the_other_board_s_corners():
 
 
 def test_starts_reach_from_half_of_the_deflection_less_to_half_more():
-    found = starts.shares(np.random.default_rng(2))
-    assert found.shape == (starts.STARTS, 3)
+    found = experiment.shares(np.random.default_rng(2))
+    assert found.shape == (experiment.STARTS, 3)
     assert np.abs(found).max() <= 0.5
     np.testing.assert_allclose(found[[0, -1], 1], [-0.5, 0.5])
     assert np.ptp(found, axis=1).max() > 0.1
 
 
 def test_the_numbers_are_those_of_the_ledger():
-    made = tables.numbers_table_5_5(loops()) | tables.numbers_fig_5_13(loops())
+    made = report.numbers_table_5_5(loops()) | report.numbers_fig_5_13(loops())
     assert len(made) == 6 * 5 + 9 + 10
     assert made["t5_5_step4_linear"].value == pytest.approx(3.1, rel=0.02)
     assert made["t5_5_step4_actual"].put_in

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s4_self_calibration import claims
-from chapters.ch05_flexible_mirror.s4_self_calibration import report as runs
+from chapters.ch05_flexible_mirror.s4_self_calibration import claims, report
 from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import Field
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from tests.judged_claims import of_rejected, readings_of, verdicts
@@ -40,7 +39,7 @@ def of_bench(bench, seeds, other):
             for k, value in enumerate(other.get(f"{way}.{name}", stages), 1):
                 out[f"{bench}.{way}.stage{k}.{name}"] = np.full(seeds, value)
     for way, profile in PROFILES.items():
-        for k in runs.STAGES[1:]:
+        for k in report.STAGES[1:]:
             z = other.get(f"{way}.profile", profile)
             z = other.get(f"{way}.stage{k}.profile", z)
             out[f"{bench}.{way}.stage{k}.profile_mm"] = [z] * seeds
@@ -52,7 +51,7 @@ def of_bench(bench, seeds, other):
             out[f"{bench}.{name}"] = full if np.ndim(value) else np.array(full)
             continue
         for cameras in ("found", "true"):
-            for one, number in zip(runs.OBJECTS, value, strict=True):
+            for one, number in zip(report.OBJECTS, value, strict=True):
                 end = name.split(".")[1]
                 out[f"{bench}.multi.{cameras}.{one}.{end}"] = np.full(seeds, number)
     return out
@@ -61,8 +60,8 @@ def of_bench(bench, seeds, other):
 def made(other=None, swept=None):
     results = {}
     for name, benches, count, changed in (
-        (runs.RUNS, BENCHES, SEEDS, other or {}),
-        (runs.SWEPT_RUNS, SWEPT, 4, other or {} if swept is None else swept),
+        (report.RUNS, BENCHES, SEEDS, other or {}),
+        (report.SWEPT_RUNS, SWEPT, 4, other or {} if swept is None else swept),
     ):
         columns = {}
         for bench in benches:
@@ -190,11 +189,11 @@ def test_figure_shows_one_run_where_others_were_rejected():
     numbers = np.arange(4.0)
     columns = {f"{LEVEL}.here": [np.full((2, 2), k) for k in numbers]}
     columns[f"{LEVEL}.number"] = numbers
-    courses = runs.Courses({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+    courses = report.Courses({report.RUNS: of_columns(({"geometry": "A"}, columns))})
     assert courses.of_run(3, np.ones(4, bool), "here")[0, 0] == 3
     # Seeds 0 and 2 were rejected and have no array: those of 1 and 3 come first.
     came = np.array([False, True, False, True])
     assert courses.of_run(3, came, "here")[0, 0] == 1
     assert courses.of_run(None, came, "here").shape == (0, 2)
-    assert runs.first_run(came, np.array([True, False, True, True])) == 3
-    assert runs.first_run(came, ~came) is None
+    assert report.first_run(came, np.array([True, False, True, True])) == 3
+    assert report.first_run(came, ~came) is None

@@ -5,26 +5,20 @@ import functools
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_1_simulated import experiment as scene
-from chapters.ch05_flexible_mirror.s3_1_simulated import experiment as sweeps
-from chapters.ch05_flexible_mirror.s3_1_simulated import report as claims
-from chapters.ch05_flexible_mirror.s3_1_simulated.report import (
-    linear_by_formula,
-    missing_by_formula,
-)
+from chapters.ch05_flexible_mirror.s3_1_simulated import experiment, report
 from raxel.calibration.mirror.reduced import reflected, viewing_rays
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, OfLaw
 
-BASE = {"sweep": "noise"} | sweeps.BASE
-RIG = scene.rig_of(BASE["pitch"])
+BASE = {"sweep": "noise"} | experiment.BASE
+RIG = experiment.rig_of(BASE["pitch"])
 
 
 def views(depth=1650.0, tip=16.7, seed=0, **changed):
     condition = BASE | changed
-    drawn = sweeps.draw(condition, np.random.default_rng(seed))
-    return sweeps.look(condition, depth, tip, drawn)
+    drawn = experiment.draw(condition, np.random.default_rng(seed))
+    return experiment.look(condition, depth, tip, drawn)
 
 
 @pytest.mark.parametrize("tip", [0.0, 16.7, 53.0, -30.0])
@@ -32,10 +26,10 @@ def test_a_corner_is_seen_where_its_ray_is_reflected(tip):
     seen = views(tip=tip)
     known = np.isfinite(seen.after)
     assert known.sum() >= 8
-    x = (seen.on[known] - RIG.foot) @ scene.ALONG
-    on, tangents = scene.bent(RIG, x, tip)
+    x = (seen.on[known] - RIG.foot) @ experiment.ALONG
+    on, tangents = experiment.bent(RIG, x, tip)
     np.testing.assert_allclose(on, seen.on[known], atol=1e-9)
-    V_r = reflected(viewing_rays(scene.pixels_of(on))[0], tangents)
+    V_r = reflected(viewing_rays(experiment.pixels_of(on))[0], tangents)
     to = seen.points[known] - on
     off = V_r[:, 0] * to[:, 1] - V_r[:, 1] * to[:, 0]
     assert np.abs(off).max() < 1e-6
@@ -44,23 +38,23 @@ def test_a_corner_is_seen_where_its_ray_is_reflected(tip):
 
 def test_without_noise_the_final_height_is_exact_and_the_linear_one_as_by_formula():
     seen = views()
-    found = sweeps.errors(sweeps.calibrate(seen, 0.0, "height").curve, seen)
+    found = experiment.errors(experiment.calibrate(seen, 0.0, "height").curve, seen)
     assert found["across_mm"] < 1e-6
     assert found["tip_ratio"] == pytest.approx(1, abs=1e-7)
-    linear = sweeps.calibrate(seen, 0.0).linear
-    left = 1 - sweeps.errors(linear, seen)["tip_ratio"]
-    assert left == pytest.approx(missing_by_formula(1650.0), abs=0.05)
+    linear = experiment.calibrate(seen, 0.0).linear
+    left = 1 - experiment.errors(linear, seen)["tip_ratio"]
+    assert left == pytest.approx(report.missing_by_formula(1650.0), abs=0.05)
 
 
 def test_both_pictures_have_noise_of_their_own():
     seen = views(rows=13)
-    both = sweeps.in_both(seen)
-    after = (sweeps.after_bending(seen, 2.0) - seen.after)[both] / RIG.pixel
+    both = experiment.in_both(seen)
+    after = (experiment.after_bending(seen, 2.0) - seen.after)[both] / RIG.pixel
     np.testing.assert_allclose(after, 2 * seen.noise[1][both])
-    V_r, points = sweeps.located(seen, 2.0)
+    V_r, points = experiment.located(seen, 2.0)
     before = (np.array(seen.before) + 2.0 * RIG.pixel * seen.noise[0])[both]
-    np.testing.assert_allclose(sweeps.flat_rays(RIG, before)[1], V_r[both])
-    exact = sweeps.located(seen, 0.0)[1]
+    np.testing.assert_allclose(experiment.flat_rays(RIG, before)[1], V_r[both])
+    exact = experiment.located(seen, 0.0)[1]
     np.testing.assert_allclose(exact[both], seen.points[both], atol=1e-5)
     assert 0.01 < np.abs(points - exact)[both].max() < 50
     assert abs(np.corrcoef(seen.noise)[0, 1]) < 0.3
@@ -74,9 +68,11 @@ def law(name, condition, **of):
     """Columns as the thesis's statements would have them; ``of``: what is otherwise."""
     level, *_, quantity = name.split(".")
     sweep = condition["sweep"]
-    at = sweeps.DEFAULT | {sweep: sweeps.SWEEPS[sweep][int(level.split("_")[1])]}
+    at = experiment.DEFAULT | {
+        sweep: experiment.SWEEPS[sweep][int(level.split("_")[1])]
+    }
     scatter = 1 + 0.02 * np.random.default_rng(1).standard_normal(100)
-    linear = linear_by_formula(at["depth"], at["bend"])
+    linear = report.linear_by_formula(at["depth"], at["bend"])
     made = {
         "slope2": 2.25 * (at["bend"] / 420) ** 2,
         "linear": linear * (1 + 0.01 * at["noise"]),
@@ -96,17 +92,17 @@ def judged(judge, **of):
 
 
 CLAIMS = {
-    claims.judge_slope_small: {"slope2": lambda at, v: 2 * v},
-    claims.judge_noise_final_more: {"final": lambda at, v: 1 + v},
-    claims.judge_noise_final_linear: {"final": lambda at, v: v + 0.1},
-    claims.judge_final_beats_linear: {"final": lambda at, v: v + at["depth"] / 4e3},
-    claims.judge_depth_decreases: {"final": lambda at, v: 0.1 * at["depth"]},
-    claims.judge_depth_saturates: {"final": lambda at, v: v * at["depth"] ** 0.3},
-    claims.judge_curv_linear_rises: {"linear": lambda at, v: v * 0 + 1},
-    claims.judge_curv_final_largest: {
+    report.judge_slope_small: {"slope2": lambda at, v: 2 * v},
+    report.judge_noise_final_more: {"final": lambda at, v: 1 + v},
+    report.judge_noise_final_linear: {"final": lambda at, v: v + 0.1},
+    report.judge_final_beats_linear: {"final": lambda at, v: v + at["depth"] / 4e3},
+    report.judge_depth_decreases: {"final": lambda at, v: 0.1 * at["depth"]},
+    report.judge_depth_saturates: {"final": lambda at, v: v * at["depth"] ** 0.3},
+    report.judge_curv_linear_rises: {"linear": lambda at, v: v * 0 + 1},
+    report.judge_curv_final_largest: {
         "final": lambda at, v: v / max(at["bend"], 16.7) ** 2
     },
-    claims.judge_bias_inverse_depth: {
+    report.judge_bias_inverse_depth: {
         "tip_ratio": lambda at, v: 1 - at["depth"] ** -0.5
     },
 }
@@ -125,8 +121,8 @@ def _true_final(at, value):
 
 def test_numbers_say_from_which_depth_the_error_is_steady():
     steady = OfLaw("fig_5_5_sweeps", law, 100)
-    steady.settings = sweeps.SETTINGS
-    found = claims.numbers_fig_5_5({"fig_5_5_sweeps": steady})
+    steady.settings = experiment.SETTINGS
+    found = report.numbers_fig_5_5({"fig_5_5_sweeps": steady})
     # (3000 / 2200)^0.3 is 1.098, (3000 / 1650)^0.3 is 1.196.
     assert found["fig5_5_depth_thr"].value == 2200
     assert found["fig5_5_slope2"].value == pytest.approx(0.0358, abs=1e-4)

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_5_tin import experiment as faces
-from chapters.ch05_flexible_mirror.s3_5_tin import experiment as pictures
-from chapters.ch05_flexible_mirror.s3_5_tin import experiment as tin
-from chapters.ch05_flexible_mirror.s3_5_tin import report as claims
-from chapters.ch05_flexible_mirror.s3_5_tin import report as runs
-from chapters.ch05_flexible_mirror.s3_5_tin.experiment import motion_of, scored
+from chapters.ch05_flexible_mirror.s3_5_tin import experiment, report
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
@@ -23,17 +18,19 @@ def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
     """Results of both experiments, angles off by so much, some seeds rejected."""
     results = {}
     for name, benches, change in (
-        (runs.RUNS, BENCHES, None),
-        (runs.SWEPT_RUNS, SWEPT, swept),
+        (report.RUNS, BENCHES, None),
+        (report.SWEPT_RUNS, SWEPT, swept),
     ):
         columns = {}
         for bench in benches:
-            for way in runs.WAYS:
+            for way in report.WAYS:
                 there = change if change is not None else off
-                values = dict(zip(tin.PAIRS, tin.ANGLES_DEG + there, strict=True))
+                values = dict(
+                    zip(experiment.PAIRS, experiment.ANGLES_DEG + there, strict=True)
+                )
                 found = {f"angle.{pair}": a for pair, a in values.items()}
-                found |= {f"qq.{face}": normal for face in tin.FACES}
-                found |= {f"qq_all.{face}": normal - 0.02 for face in tin.FACES}
+                found |= {f"qq.{face}": normal for face in experiment.FACES}
+                found |= {f"qq_all.{face}": normal - 0.02 for face in experiment.FACES}
                 found |= {"off_deg": np.abs(there).max()}
                 for key, value in found.items():
                     column = np.full(SEEDS, float(value))
@@ -46,10 +43,10 @@ def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
 @pytest.mark.parametrize(
     ("judge", "results", "verdict"),
     [
-        (claims.judge_angles, made(), "reproduced"),
-        (claims.judge_angles, made(off=(0.1, -2.6, 0.3)), "differs"),
-        (claims.judge_normal, made(), "reproduced"),
-        (claims.judge_normal, made(normal=0.985), "differs"),
+        (report.judge_angles, made(), "reproduced"),
+        (report.judge_angles, made(off=(0.1, -2.6, 0.3)), "differs"),
+        (report.judge_normal, made(), "reproduced"),
+        (report.judge_normal, made(normal=0.985), "differs"),
     ],
 )
 def test_the_claims_hold_and_fail(judge, results, verdict):
@@ -58,16 +55,19 @@ def test_the_claims_hold_and_fail(judge, results, verdict):
 
 def test_an_end_of_the_sweep_leaves_the_primary_open_and_rejected_seeds_are_told():
     turned = made(swept=(3.0, 0, 0))
-    assert verdicts(claims.judge_angles, turned) == ("undecided", {"reproduced"})
-    told = of_rejected(claims.judge_angles, made(refused=12))
+    assert verdicts(report.judge_angles, turned) == ("undecided", {"reproduced"})
+    told = of_rejected(report.judge_angles, made(refused=12))
     assert told == {("reproduced", "12 of 40", "differs")}
 
 
 def test_the_faces_meet_at_the_angles_of_the_reference():
-    normals = tin.outward_normals()
-    found = [faces.angle_inside(normals[a], normals[b]) for a, b in tin.PAIRS.values()]
-    assert np.allclose(found, tin.ANGLES_DEG, atol=1e-9)
-    for face, normal in zip(tin.faces(), normals, strict=True):
+    normals = experiment.outward_normals()
+    found = [
+        experiment.angle_inside(normals[a], normals[b])
+        for a, b in experiment.PAIRS.values()
+    ]
+    assert np.allclose(found, experiment.ANGLES_DEG, atol=1e-9)
+    for face, normal in zip(experiment.faces(), normals, strict=True):
         R = face.T_tin_face[:3, :3]
         assert np.allclose(R.T @ R, np.eye(3), atol=1e-12)
         assert np.linalg.det(R) > 0
@@ -79,12 +79,12 @@ def test_the_faces_meet_at_the_angles_of_the_reference():
 def test_exact_matches_give_the_exact_tin():
     camera = mirror_rig("A").camera(15.0)
     rng = np.random.default_rng(4)
-    T = tin.two_places(camera, rng)
+    T = experiment.two_places(camera, rng)
     shift = T[1][:3, 3] - T[0][:3, 3]
-    assert np.isclose(np.linalg.norm(shift), tin.SHIFT_MM)
-    points, face = tin.tin_points(rng, 120)
+    assert np.isclose(np.linalg.norm(shift), experiment.SHIFT_MM)
+    points, face = experiment.tin_points(rng, 120)
     pixels = np.stack([camera.project(transform(one, points)).pixels for one in T])
-    found = scored(camera, pixels, face, motion_of(T))
+    found = experiment.scored(camera, pixels, face, experiment.motion_of(T))
     assert found["points"] == 120
     assert found["off_deg"] < 1e-4
     assert found["rms_mm"] < 1e-4
@@ -94,20 +94,20 @@ def test_matches_of_pictures_lie_where_the_tin_is():
     """Each picture has a window of its own; what the truth says of a match holds."""
     rig, rng = mirror_rig("A", small=True), np.random.default_rng(2)
     camera = rig.camera(15.0)
-    taken = pictures.taken_pictures(rig, camera, 4, rng)
+    taken = experiment.taken_pictures(rig, camera, 4, rng)
     assert not np.allclose(*taken.first)
     on = taken.face >= 0
     assert np.count_nonzero(on) > 300
     assert np.median(np.abs(taken.off[on])) < 0.2
-    found = pictures.model(camera, taken)
+    found = experiment.model(camera, taken)
     assert found["off_deg"] < 1.0
     assert found["wrong_kept"] <= 2
     # The sheets are the planes: they meet in one corner, at the angles found.
-    sheets = [found[f"sheet.{name}"] for name in tin.FACES]
+    sheets = [found[f"sheet.{name}"] for name in experiment.FACES]
     assert np.allclose([one[0, 0] for one in sheets], sheets[0][0, 0], atol=1e-6)
     normals = [np.cross(one[0, 1] - one[0, 0], one[1, 0] - one[0, 0]) for one in sheets]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    for pair, (first, second) in tin.PAIRS.items():
+    for pair, (first, second) in experiment.PAIRS.items():
         cosine = np.cos(np.radians(found[f"angle.{pair}"]))
         assert np.isclose(abs(normals[first] @ normals[second]), abs(cosine), atol=1e-6)
 
@@ -115,14 +115,18 @@ def test_matches_of_pictures_lie_where_the_tin_is():
 def test_outliers_are_set_apart_and_other_laws_told():
     rng = np.random.default_rng(1)
     distances = rng.normal(0, 0.2, 150)
-    assert faces.normality(distances) > 0.99
+    assert experiment.normality(distances) > 0.99
     distances[:3] = [3.0, -4.0, 5.0]
-    assert np.count_nonzero(~faces.usual(distances)) >= 3
-    assert faces.normality(distances) > 0.985 > faces.normality(distances, np.inf)
-    assert faces.normality(rng.exponential(1.0, 150)) < 0.985
+    assert np.count_nonzero(~experiment.usual(distances)) >= 3
+    assert (
+        experiment.normality(distances)
+        > 0.985
+        > experiment.normality(distances, np.inf)
+    )
+    assert experiment.normality(rng.exponential(1.0, 150)) < 0.985
 
 
 def test_a_face_without_points_is_refused():
-    points, face = tin.tin_points(np.random.default_rng(0), 90)
+    points, face = experiment.tin_points(np.random.default_rng(0), 90)
     with pytest.raises(InputError, match="top face"):
-        faces.tin_through(points[face > 0], face[face > 0])
+        experiment.tin_through(points[face > 0], face[face > 0])

@@ -5,10 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections import experiment as tip
-from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
-from chapters.ch05_flexible_mirror.s3_3_deflections.claims import ray_turns
+from chapters.ch05_flexible_mirror.s3_3_deflections import claims, experiment, report
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import STAGES_MM, mirror_rig
 from tests.judged_claims import readings_of, verdicts
@@ -84,7 +81,7 @@ def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
     true = rig.camera(5.0)
     along = rig.deflection_direction()
     places = np.array([[40.0, -20.0], [100.0, 0.0], [150.0, 30.0]])
-    points = tip.on_mirror(true, places)
+    points = experiment.on_mirror(true, places)
     n = along + np.array([0.1, 0.0, 0.0])
 
     class Plane:
@@ -97,7 +94,7 @@ def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
         def normals(self, at):
             return np.broadcast_to(n, at.shape)
 
-    found = tip.beyond(rig, Shifted(Plane()), points)
+    found = experiment.beyond(rig, Shifted(Plane()), points)
     assert found[1] == pytest.approx(0.7)
     np.testing.assert_allclose(
         (points + found[:, None] * along) @ n, n @ (points[1] + 0.7 * along)
@@ -106,7 +103,7 @@ def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
 
 def test_places_lie_among_the_corners_alone():
     corners = np.array([[20.0, -30.0], [120.0, -30.0], [120.0, 30.0], [20.0, 30.0]])
-    found = tip.places_among(corners, mirror_rig("A").camera(5.0))
+    found = experiment.places_among(corners, mirror_rig("A").camera(5.0))
     assert len(found) > 50
     assert found[:, 0].min() >= 20
     assert found[:, 0].max() <= 120
@@ -117,7 +114,7 @@ def test_rays_turn_by_twice_the_curvature_and_the_test_of_it_can_fail(monkeypatc
     (found,) = readings_of(claims.judge_curvature, {})
     assert found.verdict == "reproduced"
     assert found.regenerated < 5
-    turns = ray_turns(mirror_rig("A").camera(15.0))
+    turns = claims.ray_turns(mirror_rig("A").camera(15.0))
     np.testing.assert_allclose(turns.over_twice(turns.mirror), 1, atol=1e-3)
     monkeypatch.setattr(
         claims, "ray_turns", lambda camera: turns._replace(mirror=1.1 * turns.mirror)
@@ -127,10 +124,10 @@ def test_rays_turn_by_twice_the_curvature_and_the_test_of_it_can_fail(monkeypatc
 
 
 def test_the_flat_mirror_turns_no_ray_whose_viewing_ray_is_kept():
-    turns = ray_turns(mirror_rig("A").camera(0.0))
+    turns = claims.ray_turns(mirror_rig("A").camera(0.0))
     assert np.abs(turns.mirror).max() < 1e-9 < turns.whole.min()
 
 
 def test_the_deflections_put_in_are_multiples_of_what_the_stages_resolve():
-    steps = np.array(STAGES_MM) / runs.RESOLUTION_MM
+    steps = np.array(STAGES_MM) / report.RESOLUTION_MM
     np.testing.assert_allclose(steps, np.rint(steps), atol=1e-9)

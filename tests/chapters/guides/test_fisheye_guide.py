@@ -7,18 +7,15 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.guides.fisheye_in_ten_minutes import experiment as boards
-from chapters.guides.fisheye_in_ten_minutes import experiment as models
-from chapters.guides.fisheye_in_ten_minutes import page
-from chapters.guides.fisheye_in_ten_minutes import report as tables
+from chapters.guides.fisheye_in_ten_minutes import experiment, page, report
 from raxel.multiview.views import perspective_view, source_pixels
 
-SIZE = boards.SIZES["quick"]
+SIZE = experiment.SIZES["quick"]
 
 
 @pytest.fixture(scope="module")
 def rig():
-    return boards.rig_of(SIZE)
+    return experiment.rig_of(SIZE)
 
 
 def middle_of(rig, T):
@@ -27,7 +24,7 @@ def middle_of(rig, T):
 
 
 def test_a_placed_board_is_where_the_plan_says(rig):
-    middle = middle_of(rig, T := boards.placed(rig, 35.0, 90.0, 150.0, 15.0))
+    middle = middle_of(rig, T := experiment.placed(rig, 35.0, 90.0, 150.0, 15.0))
     assert np.linalg.norm(middle) == pytest.approx(150)
     assert np.degrees(np.arccos(middle[2] / 150)) == pytest.approx(35)
     # Azimuth 90 degrees is down in the image; rows run along the rim.
@@ -39,17 +36,17 @@ def test_a_placed_board_is_where_the_plan_says(rig):
 
 def test_a_hand_stays_near_its_place_and_the_board_in_view(rig):
     rng = np.random.default_rng(0)
-    for place in boards.places_of(SIZE.plan):
-        T = boards.held_at(rig, place, rng)
+    for place in experiment.places_of(SIZE.plan):
+        T = experiment.held_at(rig, place, rng)
         assert rig.shows(T)
         assert np.linalg.norm(middle_of(rig, T)) == pytest.approx(place[2], rel=0.05)
-    assert boards.inner_boards(boards.SIZES["full"].plan) == 6
-    assert len(boards.places_of(boards.SIZES["full"].plan)) == 16
+    assert experiment.inner_boards(experiment.SIZES["full"].plan) == 6
+    assert len(experiment.places_of(experiment.SIZES["full"].plan)) == 16
 
 
 def test_the_page_describes_the_full_plan():
     text = " ".join(Path(page.__file__).read_text("utf-8").replace("\n#", " ").split())
-    full = boards.SIZES["full"]
+    full = experiment.SIZES["full"]
     _, half, *edge = full.plan
     assert f"{half.boards} boards at about {half.polar_deg:g}°" in text
     count = sum(ring.boards for ring in edge)
@@ -75,7 +72,7 @@ def test_the_board_script_runs_as_it_stands(tmp_path, monkeypatch):
     squares = re.findall(r"M([\d.]+) ([\d.]+)h15v15h-15z", svg)
     assert len(squares) == 18 * 13 // 2
     assert squares[0] == ("7.5", "7.5")
-    full = boards.SIZES["full"]
+    full = experiment.SIZES["full"]
     assert f"= {full.columns}, {full.rows}  #" in script_with("board.svg")
     # The smaller board fits a sheet with margins of 10 mm.
     exec(
@@ -107,13 +104,13 @@ def test_the_correcting_script_does_what_the_page_did(tmp_path, monkeypatch, rig
 
 def test_long_lines_of_a_transcript_go_on_in_the_next():
     line = "word " * 30 + "95.3 % of corners"
-    folded = tables.folded(line)
-    assert max(map(len, folded.split("\n"))) <= tables.WIDTH + 4
+    folded = report.folded(line)
+    assert max(map(len, folded.split("\n"))) <= report.WIDTH + 4
     assert folded.split() == line.split()
 
 
 def test_the_true_camera_has_no_error_against_the_truth(rig):
-    assert models.against_truth(rig.camera, rig.camera) == {
+    assert experiment.against_truth(rig.camera, rig.camera) == {
         "image_with_ray": 1.0,
         "ray_deg": pytest.approx(0, abs=1e-5),
     }

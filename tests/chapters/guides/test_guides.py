@@ -21,11 +21,7 @@ from chapters.guides.choose_a_method.report import (
     summed,
     typical,
 )
-from chapters.guides.for_teachers import exercises as answers
-from chapters.guides.for_teachers import exercises as class_exercises
-from chapters.guides.for_teachers import page as for_teachers
-from chapters.guides.for_teachers import report as class_tables
-from chapters.guides.for_teachers.report import stated_times
+from chapters.guides.for_teachers import exercises, page, report
 from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
@@ -237,14 +233,14 @@ def test_run_times_are_coarse():
 
 
 def test_exercises_of_a_real_page_can_be_timed():
-    pages = {page.id: page for page in class_exercises.pages_with_exercises()}
+    pages = {page.id: page for page in exercises.pages_with_exercises()}
     page = pages["ch02_general_camera_model/s4_generic_calibration"]
     assert len(page.exercises) == 2
-    assert class_exercises.timed_page(page).endswith(" s")
-    assert page.title in class_exercises.exercise_list([page]).markdown
+    assert exercises.timed_page(page).endswith(" s")
+    assert page.title in exercises.exercise_list([page]).markdown
 
 
-LESSONS = Path(for_teachers.__file__).read_text("utf-8").split("# ## Lesson ")[1:]
+LESSONS = Path(page.__file__).read_text("utf-8").split("# ## Lesson ")[1:]
 
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=range(1, len(LESSONS) + 1))
@@ -258,7 +254,7 @@ def test_a_lesson_has_four_steps_of_50_minutes_and_three_exercises(lesson):
     named = named.replace("\n#", "")
     numbers = 0
     for path, text in re.findall(r"\(\.\./(\S+)\.ipynb\), exercises? ([^;.]+)", named):
-        page = class_exercises.exercise_page(ROOT / "chapters" / path / "page.py")
+        page = exercises.exercise_page(ROOT / "chapters" / path / "page.py")
         questions = [one.question for one in page.exercises]
         for number in re.findall(r"\d", text):
             assert any(f"**{number}.**" in q for q in questions), (path, number)
@@ -292,7 +288,7 @@ def test_a_lesson_has_a_slider_that_begins_with_the_figure_of_the_page(lesson):
     found = producer(ROOT, "figure", name)
     assert found.details["scene"]
     results = {need: lesson_results(need) for need in found.needs}
-    drawing = getattr(class_tables, name)(results)
+    drawing = getattr(report, name)(results)
     check_axes(drawing.figure, name)
     check_looks(drawing.figure, name)
     words = re.search(r'id="words">(.*?)</script>', film_page(drawing.scene, name))
@@ -309,16 +305,16 @@ def test_a_lesson_has_a_slider_that_begins_with_the_figure_of_the_page(lesson):
 
 def test_rays_of_a_central_camera_meet_in_one_point_and_of_four_mirrors_in_four():
     result = lesson_results("fig_2_1_tables")
-    middle = class_tables.PLANES_MM.index(0)
+    middle = report.PLANES_MM.index(0)
     for camera, points in (("fisheye", 1), ("faceted", 4)):
-        crossings = class_tables.crossings(result, camera)
+        crossings = report.crossings(result, camera)
         assert len(np.unique(crossings[middle].round(6), axis=0)) == points
         assert len(np.unique(crossings[0].round(6), axis=0)) == 140
 
 
 def test_every_lesson_has_an_answer_sheet():
-    text = Path(for_teachers.__file__).read_text("utf-8")
-    found = {lesson.number: lesson.pages for lesson in answers.lessons(text)}
+    text = Path(page.__file__).read_text("utf-8")
+    found = {lesson.number: lesson.pages for lesson in exercises.lessons(text)}
     assert list(found) == [1, 2, 3, 4, 5, 6]
     assert found[4][1] == "appendix_a/phase_and_harmonics"
     assert found[6][0] == "ch05_flexible_mirror/s3_3_calibration"
@@ -327,18 +323,18 @@ def test_every_lesson_has_an_answer_sheet():
 
 
 def test_the_guide_and_the_readme_state_the_same_times():
-    times = stated_times()
+    times = report.stated_times()
     assert set(times) == {"quick", "report", "test"}
     assert all(time.endswith((" min", " s")) for time in times.values())
 
 
 def test_an_answer_says_what_is_right_and_what_is_expected_to_be_wrong():
-    page = class_exercises.exercise_page(
+    page = exercises.exercise_page(
         ROOT / "chapters/ch02_general_camera_model/s3_general_camera/page.py"
     )
     names = reader.names_on_page(page.id)
     line, ray, _, table = (
-        answers.answer(one, page.notebook, names) for one in page.exercises
+        exercises.answer(one, page.notebook, names) for one in page.exercises
     )
     assert "**Answer:** 6, 8, 0, 24, -18, 4. Any factor" in line
     assert "\n- 15, -10, 100: Its length is not 1." in ray
@@ -357,7 +353,7 @@ def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
 
 def test_runs_of_a_class(results):
     of_class = ("fig_2_3_fov", "table_2_2_redrawn", "fig_2_2_error")
-    columns = class_tables.ext_class_runs({n: results[n] for n in of_class}).columns
+    columns = report.ext_class_runs({n: results[n] for n in of_class}).columns
     assert columns["Trials each"] == [3, 3, 3]
     assert columns["Conditions"] == [6, 3, 2]
 

@@ -5,10 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs.active_grid import exercises
-from chapters.photographs.active_grid import report as figures
-from chapters.photographs.active_grid import report as results
-from chapters.photographs.active_grid import report as tables
+from chapters.photographs.active_grid import exercises, report
 from chapters.shared.images import notes
 from raxel.sets import PatternPlan
 from repro.page.style import check_axes
@@ -20,15 +17,15 @@ from tests.raxel.cli.test_cli_active_grid import recorded
 ROOT = Path(__file__).resolve().parents[3]
 NAME = "active_grid_study@drawn"
 SENTENCES = (
-    results.about,
-    results.shown,
+    report.about,
+    report.shown,
     notes.origin,
-    results.found,
-    results.left_out,
-    results.precision,
-    results.doubted,
-    results.camera,
-    results.exercise,
+    report.found,
+    report.left_out,
+    report.precision,
+    report.doubted,
+    report.camera,
+    report.exercise,
 )
 
 
@@ -39,14 +36,14 @@ def produced(tmp_path, scene):
     jobs.run(ROOT, order, 0, 1, tmp_path / "part.json")
     path = tmp_path / f"{NAME}.json"
     jobs.gather(ROOT, order, "key", {}, [tmp_path / "part.json"], path)
-    given = {results.STUDY: Result(path)}
-    drawing = figures.ext_grid_places(given)
+    given = {report.STUDY: Result(path)}
+    drawing = report.ext_grid_places(given)
     check_axes(drawing.figure, drawing.caption)
     drawing.figure.draw_without_rendering()
-    filled = [tables.ext_grid_views(given), tables.ext_grid_camera(given)]
+    filled = [report.ext_grid_views(given), report.ext_grid_camera(given)]
     for table in filled:
         assert len({len(column) for column in table.columns.values()}) == 1
-    study = results.GridStudy(given[results.STUDY])
+    study = report.GridStudy(given[report.STUDY])
     told = {sentence.__name__: sentence(study) for sentence in SENTENCES}
     for text in told.values():
         assert text.endswith(".")

@@ -9,11 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.photographs.set import experiment as study
-from chapters.photographs.set import report as fields
-from chapters.photographs.set import report as pictures
-from chapters.photographs.set import report as sentences
-from chapters.photographs.set import report as set_tables
+from chapters.photographs.set import experiment, report
 from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
@@ -22,7 +18,6 @@ from chapters.photographs.set.exercises import (
     residual_of,
     residual_task,
 )
-from chapters.photographs.set.experiment import undistorted
 from chapters.shared.images import notes
 from chapters.shared.images.reading import (
     PEER,
@@ -55,31 +50,33 @@ from tests.image_sets import (
 ROOT = Path(__file__).resolve().parents[3]
 NAME = "photograph_study@drawn"
 FIGURES = (
-    pictures.ext_corners,
-    fields.ext_residuals,
-    fields.ext_cross_validation,
-    pictures.ext_undistorted,
+    report.ext_corners,
+    report.ext_residuals,
+    report.ext_cross_validation,
+    report.ext_undistorted,
 )
-TABLES = (set_tables.ext_every_corner, set_tables.ext_models)
-CALIBRATIONS = sorted(name for name in vars(study) if name.startswith("calibrate_"))
+TABLES = (report.ext_every_corner, report.ext_models)
+CALIBRATIONS = sorted(
+    name for name in vars(experiment) if name.startswith("calibrate_")
+)
 SENTENCES = (
     notes.title,
-    sentences.about,
+    report.about,
     notes.origin,
-    sentences.found,
-    sentences.zhang,
-    sentences.general,
-    sentences.held_out,
-    sentences.coverage,
-    sentences.comparison,
-    sentences.exercise,
-    sentences.peer,
+    report.found,
+    report.zhang,
+    report.general,
+    report.held_out,
+    report.coverage,
+    report.comparison,
+    report.exercise,
+    report.peer,
 )
 
 
 def run(folder, out, shards=1):
     """The study of the set in `folder` at quick size, as the workflow runs it."""
-    study.board_in.cache_clear()
+    experiment.board_in.cache_clear()
     order = jobs.Order(NAME, "quick", None, str(folder), folder)
     parts = [out / f"{shard}-of-{shards}.json" for shard in range(shards)]
     for shard, part in enumerate(parts):
@@ -121,7 +118,7 @@ def small_and_on_one_thread():
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(study.SIZES, "quick", study.Size(8, 3, 3, 80, 80))
+        patch.setitem(experiment.SIZES, "quick", experiment.Size(8, 3, 3, 80, 80))
         yield
     cv2.setNumThreads(before)
 
@@ -177,18 +174,18 @@ def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):
         raise CalibrationError("only noted")
 
     for name in CALIBRATIONS:
-        monkeypatch.setattr(study, name, noted)
+        monkeypatch.setattr(experiment, name, noted)
     scored = []
     monkeypatch.setattr(
-        study, "scores", lambda cameras, view: scored.append(view.name) or {}
+        experiment, "scores", lambda cameras, view: scored.append(view.name) or {}
     )
     image_set = load_set(folder)
-    boards = study.boards_of(str(folder), study.SIZES["quick"])
+    boards = experiment.boards_of(str(folder), experiment.SIZES["quick"])
     kept = []
     for fold in range(3):
         calibrated_from.clear()
         scored.clear()
-        study.fold_part(image_set, boards, fold, 3, np.random.default_rng(0))
+        experiment.fold_part(image_set, boards, fold, 3, np.random.default_rng(0))
         assert scored
         assert len(calibrated_from) == len(CALIBRATIONS) + 1  # two are of lenses
         assert all(names.isdisjoint(scored) for names in calibrated_from)
@@ -232,7 +229,7 @@ def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
     seen = set()
     # Image 0, and fold 0, each alone in a process.
     for shard in (0, 5):
-        study.board_in.cache_clear()
+        experiment.board_in.cache_clear()
         jobs.run(ROOT, order, shard, 7, tmp_path / "part.json")
         part = json.loads((tmp_path / "part.json").read_text("utf-8"))
         (record,) = part["records"]
@@ -250,7 +247,7 @@ def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
 
 
 def test_a_figure_is_rendered_whole(drawn, tmp_path):
-    drawing = fields.ext_residuals({"photograph_study": drawn[1]})
+    drawing = report.ext_residuals({"photograph_study": drawn[1]})
     save_drawing(drawing, tmp_path / "residuals")
     written = (tmp_path / "residuals.csv").read_text("utf-8")
     assert written.count("\n") == 1 + 6 * 35 * 3
@@ -270,7 +267,7 @@ def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypa
 
     # Nor does any other but the two that the page compares and shows beside it.
     for name in {*CALIBRATIONS} - {"calibrate_zhang", "calibrate_opencv_fisheye"}:
-        monkeypatch.setattr(study, name, refuses)
+        monkeypatch.setattr(experiment, name, refuses)
     result = run(drawn[0], tmp_path)
     captions, texts = produce(result)
     assert "no-overlap" in captions[-1]
@@ -298,12 +295,12 @@ def test_odd_names_are_shown_and_mean_nothing(drawn, tmp_path):
         text = re.sub(r"\*\*.*\*\*", "", text)
         assert not re.search(r"(?<!\\)[<$`\[|{]", text), text
     assert odd.replace("<", "\\<").split()[0] in texts[0]
-    for draw in (pictures.ext_corners, fields.ext_cross_validation):
+    for draw in (report.ext_corners, report.ext_cross_validation):
         draw({"photograph_study": result}).figure.draw_without_rendering()
 
 
 def test_missing_corners_leave_the_rest_of_the_page(tmp_path, monkeypatch):
-    detect = study.detect_boards
+    detect = experiment.detect_boards
 
     def without_some(*arguments):
         boards = detect(*arguments)
@@ -311,10 +308,10 @@ def test_missing_corners_leave_the_rest_of_the_page(tmp_path, monkeypatch):
             board.detection.corners[[0, 17, -1]] = np.nan
         return boards
 
-    monkeypatch.setattr(study, "detect_boards", without_some)
+    monkeypatch.setattr(experiment, "detect_boards", without_some)
     write_drawn_set(tmp_path / "drawn", tilts=TILTS_DEG[:3])
     result = run(tmp_path / "drawn", tmp_path / "out")
-    study.board_in.cache_clear()
+    experiment.board_in.cache_clear()
     produce(result)
     seen = Study(result)
     assert len(seen.held_out) == 3
@@ -346,9 +343,9 @@ def test_undistortion_is_the_identity_without_distortion(drawn):
     image_set = load_set(folder)
     K = [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]]
     pinhole = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
-    boards = study.boards_of(str(folder), study.SIZES["quick"])
+    boards = experiment.boards_of(str(folder), experiment.SIZES["quick"])
     # The widest corners need no smaller view here, so the picture stays as it is.
-    result = undistorted(image_set, {"zhang": pinhole}, boards, WIDTH)
+    result = experiment.undistorted(image_set, {"zhang": pinhole}, boards, WIDTH)
     assert result["zoom"] == 1
     difference = result["zhang"]["picture"].astype(int) - result["original"]
     # Interpolated at twice the size and averaged again: edges soften by a few levels.
@@ -363,8 +360,8 @@ def test_corners_lie_where_a_tilted_view_shows_them(tmp_path):
     # Its axis is far from mid-image, where the view looks.
     K = [[FOCAL, 0, WIDTH * 0.8], [0, FOCAL, HEIGHT * 0.2], [0, 0, 1]]
     aside = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
-    boards = study.boards_of(str(folder), study.SIZES["quick"])
-    seen = undistorted(image_set, {"zhang": aside}, boards, WIDTH)["zhang"]
+    boards = experiment.boards_of(str(folder), experiment.SIZES["quick"])
+    seen = experiment.undistorted(image_set, {"zhang": aside}, boards, WIDTH)["zhang"]
     until = (cv2.TERM_CRITERIA_COUNT, 50, 0)
     start = np.array(seen["corners"][:, None], np.float32)
     found = cv2.cornerSubPix(seen["picture"], start.copy(), (4, 4), (-1, -1), until)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.shared.central import noise as bench_noise
+from chapters.shared.central import noise
 from chapters.shared.central.noise import (
     MATCHED,
     NOISES,
@@ -23,7 +23,7 @@ from repro.run.readings import Case
 
 ROOT = Path(__file__).resolve().parents[3]
 QUESTIONS = {
-    "decoding_noise": bench_noise.OPTIONS,
+    "decoding_noise": noise.OPTIONS,
     "standard_method": {"as printed": "a", "well conditioned": "b"},
 }
 
@@ -94,12 +94,12 @@ def test_factors_and_sweep_are_those_of_the_ledger():
     }
     chosen = entries["cam_d70_onevr"]["chosen"]
     assert chosen["bench_noise_factor"]["value"] == {
-        "7 x 7": bench_noise.FACTOR,
-        "white": bench_noise.WHITE_FACTOR,
+        "7 x 7": noise.FACTOR,
+        "white": noise.WHITE_FACTOR,
     }
-    assert chosen["bench_noise_sweep"]["value"] == list(bench_noise.MULTIPLES)
-    assert min(bench_noise.MULTIPLES) == 0.5
-    assert max(bench_noise.MULTIPLES) == 2
+    assert chosen["bench_noise_sweep"]["value"] == list(noise.MULTIPLES)
+    assert min(noise.MULTIPLES) == 0.5
+    assert max(noise.MULTIPLES) == 2
 
 
 def reading_at(noise):
