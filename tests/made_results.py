@@ -65,6 +65,22 @@ def of_columns(*made, settings=None):
     )
 
 
+def of_levels(*plans):
+    """{experiment: Result of rig A} of plans (experiment, error levels, columns).
+
+    columns: a function of the level that gives {name: value of each trial}.
+    """
+    return {
+        name: of_columns(
+            (
+                {"geometry": "A"},
+                {key: v for level in levels for key, v in columns(level).items()},
+            )
+        )
+        for name, levels, columns in plans
+    }
+
+
 def as_planned(experiment, values):
     """The Result of an experiment with these columns in each condition of its plan.
 

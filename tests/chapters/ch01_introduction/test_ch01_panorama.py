@@ -30,7 +30,7 @@ def closed_form(e, focal, radius_px, elevations):
     return r / radius_px, per_psi * np.cos(elevations) ** 2 / radius_px
 
 
-def test_scales_are_those_of_the_closed_form():
+def test_scales_match_the_closed_form():
     camera = experiment.simulator(1.0).camera
     view = experiment.view_of(camera)
     elevations = np.radians(np.linspace(-45, 45, 13))
@@ -41,7 +41,7 @@ def test_scales_are_those_of_the_closed_form():
     np.testing.assert_allclose(area, row * column, rtol=1e-6)
 
 
-def test_every_mirror_has_the_same_rim_in_world_and_picture():
+def test_mirrors_have_the_same_edge_in_world_and_image():
     for name, e in experiment.ECCENTRICITIES.items():
         if e is None:
             continue
@@ -56,7 +56,7 @@ def test_every_mirror_has_the_same_rim_in_world_and_picture():
         assert highest == pytest.approx(experiment.HIGHEST_DEG, abs=0.01)
 
 
-def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
+def test_resolution_claim_holds_for_every_mirror_and_fails(rows):
     judge = report.judge_unwrap_resolution
     reading = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
@@ -67,7 +67,7 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     assert reading.verdict == "differs"
 
 
-def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
+def test_resolution_compares_the_top_and_the_bottom_row(rows):
     view = experiment.view_of(experiment.simulator(1.0).camera)
     ends = np.degrees(view.elevations([0, view.height - 1]))
     for mirror in experiment.ECCENTRICITIES:
@@ -76,7 +76,7 @@ def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
         np.testing.assert_allclose(elevations[[0, -1]], ends)
 
 
-def test_a_smaller_picture_shows_the_same_view():
+def test_reduced_image_shows_the_same_view():
     cameras = [experiment.simulator(size).camera for size in (1.0, 0.25)]
     np.testing.assert_allclose(cameras[0].centre, cameras[1].centre)
     corner = np.array([[200.0, 300.0]])
@@ -88,30 +88,30 @@ def test_a_smaller_picture_shows_the_same_view():
     np.testing.assert_allclose(one, two, atol=1e-12)
 
 
-def test_the_picture_is_unwrapped_and_its_uprights_are_straight(picture):
-    assert picture["picture"].dtype == picture["unwrapped"].dtype == np.uint8
-    assert picture["unwrapped"].shape[1:] == (320, 3)
-    assert picture["spread_px"] < 1e-6
-    assert picture["horizon_error_px"] < 1e-6
+def test_unwrapped_image_has_straight_verticals(image):
+    assert image["picture"].dtype == image["unwrapped"].dtype == np.uint8
+    assert image["unwrapped"].shape[1:] == (320, 3)
+    assert image["spread_px"] < 1e-6
+    assert image["horizon_error_px"] < 1e-6
     for change, holds in (({}, True), ({"spread_px": 0.1}, False)):
-        values = picture | change
+        values = image | change
         taken = of_seed(lambda condition, rng, values=values: values)
         assert report.fig_1_1({"fig_1_1_picture": taken}).check.holds is holds
 
 
-def test_the_picture_has_straight_ahead_on_top_and_in_the_middle():
+def test_panorama_is_centred_on_the_forward_direction():
     camera = experiment.simulator(0.25).camera
     view = experiment.view_of(camera)
     sources = source_pixels(camera, view)
     u, v = sources[int(view.horizon), view.width // 2]
     assert u == pytest.approx(camera.viewer.K[0, 2], abs=1.0)
     assert v < camera.viewer.K[1, 2] - 30
-    # A mirror seen from below reverses the picture.
+    # A mirror seen from below reverses the image.
     right = sources[int(view.horizon), view.width * 3 // 4]
     assert right[0] < camera.viewer.K[0, 2] - 30
 
 
-def test_a_step_is_found_where_it_is_and_a_thin_line_is_none():
+def test_step_edge_is_located_and_thin_line_is_rejected():
     grey = np.zeros((10, 40))
     grey[:, 20:] = 100.0
     grey[:, 19] = 30.0
@@ -124,7 +124,7 @@ def test_a_step_is_found_where_it_is_and_a_thin_line_is_none():
     assert np.isnan(experiment.steps_along(grey, 1.0, rows)).all()
 
 
-def test_exercises():
+def test_exercise_answers_are_correct():
     assert exercises.rows_above_horizon(1280, 45) == pytest.approx(1280 / (2 * np.pi))
     camera = experiment.simulator(1.0).camera
     up = np.radians(exercises.EYE_HIGH_DEG)

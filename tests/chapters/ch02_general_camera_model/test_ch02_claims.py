@@ -51,29 +51,21 @@ def rising(fov):
     return spread_about(0.1 * (fov / 60) ** 4, seed=1000 + fov)
 
 
-def test_crossover_holds_for_one_crossing():
-    assert crossover(rising, flat) == {"reproduced"}
+@pytest.mark.parametrize(
+    ("parametric", "verdict"),
+    [
+        (rising, "reproduced"),
+        # Better everywhere; three changes of sign; a tie at the last level.
+        (lambda fov: 10 * rising(fov) + 1, "differs"),
+        (lambda fov: rising(fov) * (100 if fov == 45 else 1), "differs"),
+        (lambda fov: flat(fov)[::-1] if fov == 150 else 0.1 * flat(fov), "undecided"),
+    ],
+)
+def test_crossover_verdict(parametric, verdict):
+    assert crossover(parametric, flat) == {verdict}
 
 
-def test_crossover_differs_where_one_method_is_better_everywhere():
-    assert crossover(lambda fov: 10 * rising(fov) + 1, flat) == {"differs"}
-
-
-def test_crossover_differs_for_three_sign_changes():
-    def winding(fov):
-        return rising(fov) * (100 if fov == 45 else 1)
-
-    assert crossover(winding, flat) == {"differs"}
-
-
-def test_crossover_is_undecided_where_the_last_level_is_a_tie():
-    def tied(fov):
-        return flat(fov)[::-1] if fov == 150 else 0.1 * flat(fov)
-
-    assert crossover(tied, flat) == {"undecided"}
-
-
-def test_failed_trials_count_as_the_worst_in_the_signs():
+def test_crossover_counts_failed_trials_as_worst():
     def failing(fov):
         found = flat(fov)
         # At three levels in the middle most trials fail; what is left is good.
@@ -97,7 +89,7 @@ def test_failed_trials_count_as_the_worst_in_the_signs():
 @pytest.mark.parametrize(
     ("middle", "verdict"), [(3.0, "reproduced"), (1.0, "differs"), (1.48, "undecided")]
 )
-def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
+def test_peripheral_noise_claim_uses_infinite_planes_only(middle, verdict):
     def values(name, condition):
         assert name == "point_noise_ratio"
         asked = {"domain": "px", "extent": "unbounded", "fov_deg": 150}
@@ -110,19 +102,18 @@ def test_peripheral_noise_is_asked_of_infinite_planes_only(middle, verdict):
     assert [(r.reading, r.verdict) for r in readings] == [({}, verdict)]
 
 
-def proportional(law):
+@pytest.mark.parametrize(
+    ("law", "verdict"), [(lambda x: 1.25 * x, "reproduced"), (np.sqrt, "differs")]
+)
+def test_noise_proportionality_verdict(law, verdict):
     def values(name, condition):
         return spread_about(law(condition["noise"]), seed=int(1e3 * condition["noise"]))
 
-    return verdicts(report.judge_noise_linear_parametric, "fig_2_3_noise", values)
+    judge = report.judge_noise_linear_parametric
+    assert verdicts(judge, "fig_2_3_noise", values) == {verdict}
 
 
-def test_proportion_holds_for_a_line_and_not_for_a_root():
-    assert proportional(lambda noise: 1.25 * noise) == {"reproduced"}
-    assert proportional(np.sqrt) == {"differs"}
-
-
-def test_projection_laws_are_compared_trial_by_trial():
+def test_projection_laws_are_compared_per_trial():
     """Trials that differ more than the laws do; the corrected view stretches them."""
     shared = spread_about(1.0, share=0.5, seed=7)
 
@@ -164,9 +155,7 @@ def at_150(stretch, own, grazing):
     ("stretch", "own", "verdict"),
     [(1.3, 1.1, "reproduced"), (1.3, 0.95, "differs"), (1.0, 0.9, "differs")],
 )
-def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
-    stretch, own, verdict
-):
+def test_rise_at_150_degrees_must_exceed_that_of_exact_rays(stretch, own, verdict):
     reading = report.judge_fov_generic_150(at_150(stretch, own, 0.0), PRIMARY)
     assert reading.verdict == verdict
     assert "over the ratios of exact rays" in reading.reason
@@ -176,7 +165,7 @@ def test_a_rise_at_150_degrees_must_be_more_than_that_of_exact_rays(
     ("own", "grazing", "verdict"),
     [(1.2, 0.5, "reproduced"), (1.2, 0.1, "differs"), (0.9, 0.5, "differs")],
 )
-def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(own, grazing, verdict):
+def test_stretched_view_is_not_mistaken_for_grazing_rays(own, grazing, verdict):
     reading = report.judge_infinite_plane_cause(at_150(1.3, own, grazing), PRIMARY)
     assert reading.verdict == verdict
 
@@ -190,7 +179,7 @@ def test_the_stretch_of_the_view_does_not_pass_for_grazing_rays(own, grazing, ve
         (FOVS_DEG, (30, 30)),
     ],
 )
-def test_crossing_is_where_the_generic_method_becomes_better(better, crossing):
+def test_crossing_is_where_generic_becomes_better(better, crossing):
     def values(name, condition):
         generic = 1.0 if condition["fov_deg"] in better else 3.0
         return [2.0 if name.startswith("parametric.fresh.corrected") else generic]
@@ -199,7 +188,7 @@ def test_crossing_is_where_the_generic_method_becomes_better(better, crossing):
     assert report.crossing(fov, "generic_as_printed") == crossing
 
 
-def test_residuals_are_told_as_multiples_of_those_of_exact_rays():
+def test_residuals_are_multiples_of_those_of_exact_rays():
     def values(name, condition):
         return [2.0, 4.0] if name == "exact.corrected.mean_px" else [3.0, 8.0]
 
@@ -207,6 +196,6 @@ def test_residuals_are_told_as_multiples_of_those_of_exact_rays():
     assert found.tolist() == [1.5, 2.0]
 
 
-def test_numbers_of_the_prose_count_failed_trials_as_the_worst():
+def test_quoted_median_counts_failed_trials_as_worst():
     half = of_fov(lambda name, condition: [1.0, 2.0, np.nan, np.nan, 9.0], 5)
     assert report.median_of(half, "method", "any", fov_deg=60) == 9.0

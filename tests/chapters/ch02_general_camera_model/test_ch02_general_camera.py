@@ -21,7 +21,7 @@ from tests.made_results import flat, of_seed
 
 
 @pytest.mark.parametrize("name", general_cameras.CAMERAS)
-def test_a_ray_of_each_camera_comes_back_to_its_pixel(name):
+def test_ray_of_each_camera_projects_to_its_pixel(name):
     camera = general_cameras.CAMERAS[name](24, 18)
     pixels = pixel_grid(24, 18)
     rays = camera.rays(pixels)
@@ -32,7 +32,7 @@ def test_a_ray_of_each_camera_comes_back_to_its_pixel(name):
     np.testing.assert_allclose(back.pixels, pixels, atol=1e-9)
 
 
-def test_mirrors_meet_at_their_edges_and_rays_jump_there():
+def test_faceted_mirrors_meet_at_edges_where_rays_jump():
     camera = general_cameras.faceted(24, 18)
     corners = [
         np.column_stack([outline, np.zeros(4)]) @ T[:3, :3].T + T[:3, 3]
@@ -44,7 +44,7 @@ def test_mirrors_meet_at_their_edges_and_rays_jump_there():
     assert experiment.largest_jump(general_cameras.fisheye(24, 18)) < 10
 
 
-def test_any_camera_is_judged_on_the_faceted_one():
+def test_nonparametric_claim_is_judged_on_the_faceted_camera():
     conditions = [{"camera": name} for name in ("pinhole", "faceted")]
     found = of_seed(experiment.known_motion_trial, conditions)
     reading = report.judge_nonparametric({"exp_c2_nonparam_any": found})
@@ -58,7 +58,7 @@ def test_any_camera_is_judged_on_the_faceted_one():
         )
 
 
-def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
+def test_figure_2_1_check_detects_a_moved_ray():
     conditions = [{"camera": name} for name in ("fisheye", "faceted")]
     results = {"fig_2_1_tables": of_seed(experiment.table_trial, conditions)}
     drawing = report.fig_2_1(results)
@@ -73,7 +73,7 @@ def test_figure_2_1_draws_the_table_and_notices_a_moved_ray():
     assert table.gap() > report.TOLERANCE_MM
 
 
-def test_figure_2_2_has_its_points_on_rays_and_grids():
+def test_figure_2_2_check_detects_wrong_points_and_poses():
     conditions = [{"method": name} for name in ("general", "generic")]
     results = {"fig_2_2_grids": of_seed(page.grids_trial, conditions)}
     drawing = report.fig_2_2(results)
@@ -93,7 +93,7 @@ def test_figure_2_2_has_its_points_on_rays_and_grids():
     assert not report.fig_2_2(results).check.holds
 
 
-def test_a_matrix_is_printed_without_negative_zeros():
+def test_matrix_text_has_no_negative_zeros():
     text = report.matrix_text(np.array([[-1e-9, 2.0], [-3.456, 0.0]]))
     assert text == " 0.00 2.00\n-3.46 0.00"
 
@@ -102,74 +102,84 @@ def test_a_matrix_is_printed_without_negative_zeros():
 
 
 @pytest.mark.parametrize(("fov", "feasible"), [(90, True), (179, True), (180, False)])
-def test_a_plane_lies_before_all_rays_below_180_degrees_only(fov, feasible):
+def test_plane_in_front_of_all_rays_exists_below_180_degrees_only(fov, feasible):
     found = planes.plane_trial({"fov_deg": fov}, np.random.default_rng(0))
     assert found["feasible"] is feasible
     assert found["rim"] == planes.RIM
 
 
-def fov_reading(law):
-    def values(condition):
-        return {"feasible": law(condition["fov_deg"])}
-
-    (reading,) = readings(s2_claims.judge_fov180, "exp_c2_fov180", values)
-    return reading
-
-
-def test_fov180_is_judged_both_ways():
-    for law, expected in (
-        (lambda fov: [fov < 180] * 2, "reproduced"),
-        (lambda fov: [fov < 200] * 2, "differs"),
-        (lambda fov: [fov < 180, fov < 100], "differs"),
-        (lambda fov: [np.nan], "undecided"),
-    ):
-        assert fov_reading(law).verdict == expected
-
-
-def test_a_refuted_fov180_shows_its_shares():
-    reading = fov_reading(lambda fov: [True, fov < 180])
-    assert "0.50 at 180 deg" in reading.reason
-    assert "no solution" not in reading.reason
+@pytest.mark.parametrize(
+    ("law", "expected", "reason"),
+    [
+        (lambda fov: [fov < 180] * 2, "reproduced", "no solution"),
+        (lambda fov: [fov < 200] * 2, "differs", ""),
+        (lambda fov: [fov < 180, fov < 100], "differs", ""),
+        (lambda fov: [np.nan], "undecided", ""),
+        (lambda fov: [True, fov < 180], "differs", "0.50 at 180 deg"),
+    ],
+)
+def test_fov180_verdict_states_shares(law, expected, reason):
+    (reading,) = readings(
+        s2_claims.judge_fov180,
+        "exp_c2_fov180",
+        lambda condition: {"feasible": law(condition["fov_deg"])},
+    )
+    assert reading.verdict == expected
+    assert reason in reading.reason
+    assert expected == "reproduced" or "no solution" not in reading.reason
 
 
-def test_pluecker_claims_hold_and_can_fail():
-    rng = np.random.default_rng(1)
-    pairs = {"exp_c2_pluecker_invariant": experiment.two_pairs_trial({}, rng)}
-    through = {"exp_c2_pluecker_origin": experiment.origin_trial({}, rng)}
-    for judge, values in (
-        (report.judge_pluecker_invariant, pairs),
-        (report.judge_pluecker_origin, through),
-    ):
-        (name,) = values
-        assert verdict(judge, name, values[name]) == "reproduced"
-    bad = {"difference": 1e-9, "asymmetry": 0.0}
-    judge = report.judge_pluecker_invariant
-    assert verdict(judge, "exp_c2_pluecker_invariant", bad) == "differs"
-    judge = report.judge_pluecker_origin
-    for ratios in ((1e-9, 0.5), (1e-16, 0.0)):
-        bad = {
-            "through_origin": ratios[0],
-            "beside_origin": ratios[1],
-            "least_distance_m": 0.1,
-        }
-        assert verdict(judge, "exp_c2_pluecker_origin", bad) == "differs"
+NO_PAIRS = {"through_origin": 1e-16, "beside_origin": 0.5, "least_distance_m": 0.1}
 
 
-def two_pose(law):
+@pytest.mark.parametrize(
+    ("judge", "trial", "wrong"),
+    [
+        (
+            report.judge_pluecker_invariant,
+            experiment.two_pairs_trial,
+            [{"difference": 1e-9, "asymmetry": 0.0}],
+        ),
+        (
+            report.judge_pluecker_origin,
+            experiment.origin_trial,
+            [
+                NO_PAIRS | {"through_origin": 1e-9},
+                {
+                    "through_origin": 1e-16,
+                    "beside_origin": 0.0,
+                    "least_distance_m": 0.1,
+                },
+            ],
+        ),
+    ],
+)
+def test_pluecker_claim_holds_and_fails(judge, trial, wrong):
+    (name,) = judge.repro_marks[0]["needs"]
+    right = trial({}, np.random.default_rng(1))
+    assert verdict(judge, name, right) == "reproduced"
+    for values in wrong:
+        assert verdict(judge, name, values) == "differs"
+
+
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        (lambda level: 0.1 * level, "reproduced"),
+        (lambda level: 0.1 * level**4, "differs"),
+        (lambda level: -0.1 * level, "differs"),
+    ],
+)
+def test_two_pose_error_is_judged_by_its_line_fit(law, expected):
     values = {
         f"ray_deg.{level:g}": law(level) * np.linspace(0.8, 1.2, 30)
         for level in report.LEVELS
     }
-    return verdict(report.judge_two_pose_needs_motion, "fig_2_2_error", values)
+    judge = report.judge_two_pose_needs_motion
+    assert verdict(judge, "fig_2_2_error", values) == expected
 
 
-def test_two_pose_error_is_judged_by_its_straight_line():
-    assert two_pose(lambda level: 0.1 * level) == "reproduced"
-    assert two_pose(lambda level: 0.1 * level**4) == "differs"
-    assert two_pose(lambda level: -0.1 * level) == "differs"
-
-
-def test_a_shift_turns_rays_as_far_as_its_triangle_says():
+def test_translation_error_turns_rays_by_the_expected_angle():
     rng = np.random.default_rng(2)
     found = flat(page.wrong_motion_trial({"kind": "translation"}, rng))
     assert found["ray_deg.0"] < 1e-9
@@ -177,7 +187,7 @@ def test_a_shift_turns_rays_as_far_as_its_triangle_says():
     assert 0.2 * most < found["ray_deg.1"] < 1.2 * most
 
 
-def test_exercises_of_2_3():
+def test_exercise_answers_of_2_3_are_correct():
     direction = exercises.ray_of_pixel()
     np.testing.assert_allclose(direction / direction[2], [0.15, -0.1, 1.0])
     vector = exercises.VECTOR

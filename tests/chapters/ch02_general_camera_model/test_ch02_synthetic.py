@@ -26,7 +26,7 @@ def drawn(trial=0, **condition):
     return three_planes.measure(case, trial_rng("test", case, trial))[0]
 
 
-def test_corrected_cells_of_table_2_1_are_bold_in_the_formula():
+def test_corrected_cells_of_table_2_1_are_bold():
     """Bold around a formula is nothing to what draws it."""
     assert cell_text(0, "W") == "$R_{31}^2$"
     assert cell_text(2, "W") == r"$\boldsymbol{-C_z + t_z^2}$"
@@ -36,13 +36,13 @@ def test_corrected_cells_of_table_2_1_are_bold_in_the_formula():
 
 @pytest.mark.parametrize("law", ["equidistance", "equisolid", "stereographic"])
 @pytest.mark.parametrize("fov_deg", [30, 90, 150])
-def test_field_of_view_is_that_of_the_image_diagonal(law, fov_deg):
+def test_fisheye_field_of_view_spans_the_image_diagonal(law, fov_deg):
     rays = three_planes.fisheye(law, fov_deg).rays(np.zeros((1, 2)))
     angle = np.degrees(np.arccos(rays.directions[0, 2]))
     assert angle == pytest.approx(fov_deg / 2, abs=1e-9)
 
 
-def test_grids_are_tilted_apart_and_face_the_camera():
+def test_drawn_grids_are_tilted_and_face_the_camera():
     for trial in range(30):
         grids, least = three_planes.draw_grids(trial_rng("test", {}, trial))
         tilts = np.degrees(np.arccos(grids[:, 2, 2]))
@@ -51,7 +51,7 @@ def test_grids_are_tilted_apart_and_face_the_camera():
         assert np.all(grids[:, 2, 3] >= 450)
 
 
-def test_finite_grids_are_kept_to_and_all_points_are_there():
+def test_finite_grids_limit_points_and_keep_their_number():
     case = BASE | {"fov_deg": 150, "extent": "finite"}
     data, draw = three_planes.measure(case, trial_rng("test", case, 0))
     assert data.points.shape == (3, 999, 2)
@@ -80,7 +80,7 @@ def test_noise_has_its_size_and_is_independent_between_grids(domain):
     assert np.abs(np.corrcoef(flat)[np.triu_indices(4, 1)]).max() < 0.1
 
 
-def test_on_fresh_noise_a_ray_of_three_points_costs_what_variances_say():
+def test_generic_ray_has_four_thirds_of_the_variance_on_fresh_noise():
     """Exact rays leave the point's noise, generic ones 4/3 of its variance more."""
     data = drawn(fov_deg=60, noise=0.5)
     found = experiment.scores(data, methods.METHODS[2:] + ("opencv_fisheye",))
@@ -99,7 +99,7 @@ def test_on_fresh_noise_a_ray_of_three_points_costs_what_variances_say():
     assert same < source["exact"]
 
 
-def test_points_of_noisy_pixels_lie_on_their_rays():
+def test_noisy_points_lie_on_the_rays_of_noisy_pixels():
     data = drawn(noise=1.0)
     for pixels, points, T in zip(
         data.noisy_pixels, data.noisy_points, data.grids, strict=True
@@ -118,7 +118,7 @@ def test_generic_rays_are_exact_without_noise(linear):
     assert np.abs(directions @ to_camera.T - true).max() < 1e-6
 
 
-def test_parametric_method_is_exact_on_a_lens_it_can_describe():
+def test_parametric_method_is_exact_without_noise():
     data = drawn(law="lens", fov_deg=60)
     camera = experiment.calibrate_parametric(data)
     true = data.camera.rays(data.pixels).directions
@@ -127,7 +127,7 @@ def test_parametric_method_is_exact_on_a_lens_it_can_describe():
     assert camera.radial == pytest.approx((-0.2, 0.05), abs=1e-3)
 
 
-def test_a_homography_changes_no_residual():
+def test_residual_is_invariant_to_a_homography():
     data = drawn(noise=0.5)
     focal = three_planes.central_focal(data.camera)
     target = three_planes.targets(data, focal)["clean"]
@@ -140,7 +140,7 @@ def test_a_homography_changes_no_residual():
         assert moved[scale] == pytest.approx(plain[scale], abs=1e-5)
 
 
-def test_central_focal_is_the_focal_length():
+def test_central_focal_equals_focal_length():
     assert three_planes.central_focal(three_planes.fisheye("equidistance", 120)) == (
         pytest.approx(three_planes.CORNER_RADIUS_PX / np.radians(60), rel=1e-6)
     )
@@ -168,7 +168,7 @@ def test_projection_laws_share_rays_and_noise(domain):
         assert data.pixels.max() < three_planes.SIZE_PX
 
 
-def test_each_scale_has_its_own_correlation_with_grazing_angles():
+def test_grazing_correlation_differs_between_scales():
     data = drawn(fov_deg=150, noise=0.5)
     generic = experiment.score_generic(data, 300.0, "well conditioned")["clean"]
     # The corrected view is stretched where rays graze, the source image is not:
@@ -179,7 +179,7 @@ def test_each_scale_has_its_own_correlation_with_grazing_angles():
         assert corrected > source + 0.1
 
 
-def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
+def test_failed_method_is_reported_and_others_continue(monkeypatch):
     from raxel.errors import CalibrationError
 
     def refuse(*_, **__):
@@ -194,7 +194,7 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
     assert set(out["parametric"]) == {"ray_deg", *methods.SCORINGS}
 
 
-def test_table_2_1_is_exact_as_corrected_and_only_so():
+def test_table_2_1_is_exact_only_as_corrected():
     for trial in range(20):
         names = coefficients.draw_scene(trial_rng("test", {}, trial))
         corrected = coefficients.substitute(names)
@@ -212,7 +212,7 @@ def test_table_2_1_is_exact_as_corrected_and_only_so():
         ({"printed.N.relative": [1e-4, 1e-5]}, "differs"),
     ],
 )
-def test_table_2_1_is_judged_both_ways(change, verdict):
+def test_table_2_1_claim_holds_and_fails(change, verdict):
     values = {}
     for vector in coefficients.VECTORS:
         values[f"corrected.{vector}.zero"] = [1.0, 1.0]
@@ -225,7 +225,7 @@ def test_table_2_1_is_judged_both_ways(change, verdict):
     assert f"{few} of 4 are at most 1e-3" in reading.reason
 
 
-def test_formulas_are_set_as_in_the_thesis():
+def test_formulas_are_typeset_as_in_the_thesis():
     assert coefficients.as_maths("-C_y*R31_2 + C_z*R21_2") == (
         "$-C_y R_{31}^2 + C_z R_{21}^2$"
     )

@@ -26,7 +26,7 @@ def seen(camera, vector, shift):
     return BoardView(pixels, BOARD.points(), 12, 9), T
 
 
-def test_the_true_camera_leaves_no_residual():
+def test_true_camera_leaves_no_residual():
     view, _ = seen(LENS, [0.3, -0.2, 0.5], [10.0, -5.0, 180.0])
     found = experiment.residuals_of(LENS, [view])[0]
     pixels, corrected, source, left_out = found
@@ -36,7 +36,7 @@ def test_the_true_camera_leaves_no_residual():
     assert np.abs(source).max() < 1e-8
 
 
-def test_residuals_of_both_scales_agree_at_the_centre():
+def test_residual_scales_agree_at_the_centre():
     """There a px of the corrected view is as large as one of the image."""
     view, _ = seen(LENS, [0.0, 0.0, 0.0], [0.0, 0.0, 5000.0])
     noise = np.random.default_rng(0).normal(0, 0.2, view.pixels.shape)
@@ -45,7 +45,7 @@ def test_residuals_of_both_scales_agree_at_the_centre():
     assert np.allclose(corrected, source, atol=2e-3)
 
 
-def test_a_wrong_law_leaves_a_radial_pattern_that_turns_round():
+def test_wrong_projection_law_leaves_a_radial_bias_that_changes_sign():
     pinhole = PerspectiveCamera(
         [[250.0, 0, 319.5], [0, 250.0, 239.5], [0, 0, 1]], [], 640, 480
     )
@@ -58,7 +58,7 @@ def test_a_wrong_law_leaves_a_radial_pattern_that_turns_round():
     assert outer["p"] < 0.01
 
 
-def test_morans_index_tells_a_field_from_noise():
+def test_moran_index_separates_pattern_from_noise():
     rng = np.random.default_rng(1)
     places = BOARD.points()
     smooth = np.column_stack([np.sin(places[:, 0] / 40), np.cos(places[:, 1] / 40)])
@@ -71,7 +71,7 @@ def test_morans_index_tells_a_field_from_noise():
     assert np.count_nonzero(np.array(chance) < 0.02) <= 4
 
 
-def test_steps_of_a_stage_come_back_in_both_frames():
+def test_stage_steps_are_recovered_in_both_frames():
     _, first = seen(LENS, [0.2, 0.3, 0.1], [-20.0, 0.0, 200.0])
     along = first[:3, :3] @ [1.0, 0, 0]
     poses = [first]
@@ -92,7 +92,7 @@ def test_steps_of_a_stage_come_back_in_both_frames():
     assert scatter["deviation_mm"] < 1e-6
 
 
-def test_the_true_centre_is_that_of_the_base_grids_frame():
+def test_centre_trial_uses_the_frame_of_the_base_grid():
     out = experiment.centre_trial({}, np.random.default_rng(3))
     for linear in ("as printed", "well conditioned"):
         assert out[linear]["centre_error_mm"] > 0
@@ -100,7 +100,7 @@ def test_the_true_centre_is_that_of_the_base_grids_frame():
             assert 0 < out[linear][scoring]["corrected"]["ratio"] < 1.5
 
 
-def test_without_noise_the_true_centre_leaves_nothing():
+def test_true_centre_leaves_no_residual_without_noise():
     scene = experiment.SCENE | {"noise": 0.0}
     data, _ = three_planes.measure(scene, np.random.default_rng(0))
     T_base_grid = inverse_pose(data.grids[0]) @ data.grids
@@ -108,14 +108,14 @@ def test_without_noise_the_true_centre_leaves_nothing():
     assert max(max(scales.values()) for scales in left.values()) < 1e-6
 
 
-def test_a_homography_removes_a_plane_and_leaves_distortion():
+def test_homography_removes_a_plane_and_leaves_distortion():
     for seed in range(5):
         out = experiment.homography_trial({}, np.random.default_rng(seed))
         assert out["without_px"] < 1e-8
         assert out["with_px"] > 0.05
 
 
-def test_a_share_of_seeds_has_its_exact_interval():
+def test_share_of_runs_has_its_exact_interval():
     reading = in_runs(np.arange(10) < 9, "so")
     exact = binomtest(9, 10).proportion_ci(0.95, method="exact")
     assert (reading.verdict, reading.regenerated) == ("reproduced", 0.9)
@@ -124,7 +124,7 @@ def test_a_share_of_seeds_has_its_exact_interval():
     assert in_runs(np.arange(10) < 8, "").verdict == "differs"
 
 
-def test_the_upright_view_of_the_front_keeps_verticals_in_columns():
+def test_upright_view_keeps_verticals_in_columns():
     K = np.array([[60.0, 0, 79.5], [0, 60.0, 59.5], [0, 0, 1]])
     camera = PerspectiveCamera(K, [], 160, 120)
     world = camera.rays(pixel_grid(160, 120)).directions

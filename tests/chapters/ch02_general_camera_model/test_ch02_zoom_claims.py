@@ -52,7 +52,7 @@ def rising_with_level(parametric, generic):
 @pytest.mark.parametrize(
     ("sets", "verdict"), [((5.0, 0.5), "reproduced"), ((5.0, 3.0), "differs")]
 )
-def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
+def test_distortion_claim_needs_simulated_and_rendered_data(sets, verdict):
     """Generic error flat over covered angles, whatever field of view was asked."""
 
     def values(name, condition):
@@ -76,7 +76,7 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
     assert len(readings) == 4 * np.prod([*options]) + 3 * 8
 
 
-def test_distortion_level_of_the_equidistance_law():
+def test_distortion_level_of_equidistance_law():
     # r / r_pinhole = f theta / (f tan theta), smallest at the widest angle.
     assert report.distortion_level(45) == pytest.approx(1 - np.pi / 4)
     levels = [report.distortion_level(fov / 2) for fov in FOVS_DEG]
@@ -94,7 +94,7 @@ def of_zoom(parametric, generic):
 
 
 @pytest.mark.parametrize(("growth", "verdict"), [(1.05, "reproduced"), (2, "differs")])
-def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
+def test_flat_generic_residual_claim_holds_and_fails(growth, verdict):
     made = of_zoom(None, lambda zoom: spread_about(growth**zoom, 0.01, zoom))
     readings = readings_of(claims.judge_generic_flat, made)
     assert {r.verdict for r in readings} == {verdict}
@@ -102,7 +102,7 @@ def test_generic_residuals_of_the_sets_are_flat_or_not(growth, verdict):
 
 
 @pytest.mark.parametrize(("failed", "verdict"), [(6, "undecided"), (12, "differs")])
-def test_a_failed_generic_seed_counts_against_it(failed, verdict):
+def test_failed_generic_run_counts_against_the_method(failed, verdict):
     generic = np.full(TRIALS, 1.0)
     generic[:failed] = np.nan
     made = of_zoom(lambda zoom: np.full(TRIALS, 2.0), lambda zoom: generic)
@@ -111,94 +111,94 @@ def test_a_failed_generic_seed_counts_against_it(failed, verdict):
     assert readings[0].regenerated == pytest.approx(1 - failed / TRIALS)
 
 
-@pytest.mark.parametrize(("inner", "verdict"), [(-0.4, "reproduced"), (0.4, "differs")])
-def test_radial_bias_must_turn_round(inner, verdict):
+def signed_bias(inner):
+    """Significant radial bias, `inner` px in the inner rings and 0.5 in the outer."""
+
     def values(name, condition):
-        if name.endswith(".p"):
-            return np.full(TRIALS, 1e-5)
         outer = name.endswith(("q4.mean_px", "q5.mean_px"))
-        return np.full(TRIALS, 0.5 if outer else inner)
+        return np.full(TRIALS, 1e-5 if name.endswith(".p") else 0.5 if outer else inner)
 
-    made = of_seeds(values)
-    assert {r.verdict for r in readings_of(claims.judge_radial_bias, made)} == {verdict}
+    return of_seeds(values)
 
 
-@pytest.mark.parametrize(("bias", "verdict"), [(0.2, "reproduced"), (0.3, "differs")])
-def test_no_radial_bias_is_a_quarter_of_the_rms_at_most(bias, verdict):
-    def values(name, condition):
-        return np.full(TRIALS, 1.0 if name.endswith("rms_px") else -bias)
+def relative_bias(bias):
+    """Radial bias as a share of the RMS."""
+    return of_seeds(
+        lambda name, condition: np.full(
+            TRIALS, 1.0 if name.endswith("rms_px") else -bias
+        )
+    )
 
-    made = of_seeds(values)
-    assert {r.verdict for r in readings_of(claims.judge_no_radial_bias, made)} == {
-        verdict
+
+def systematic(p, ratios):
+    """p-value of the correlation of neighbours; residual ratios at the true centre."""
+    return of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
+        "fig_2_5_true_centre": OfLaw(
+            "fig_2_5_true_centre", lambda name, condition: ratios, TRIALS
+        )
     }
 
 
-@pytest.mark.parametrize(
-    ("p", "ratio", "verdict"),
-    [(0.001, 0.5, "reproduced"), (0.5, 0.5, "differs"), (0.001, 0.95, "differs")],
-)
-def test_a_systematic_part_needs_neighbours_and_the_centre(p, ratio, verdict):
-    made = of_seeds(lambda name, condition: np.full(TRIALS, p)) | {
-        "fig_2_5_true_centre": of_centre(spread_about(ratio))
-    }
-    assert {r.verdict for r in readings_of(claims.judge_systematic, made)} == {verdict}
+def scatter(parametric, generic=1.0, failed=(0, 0)):
+    """Scatter of the steps, with so many failed trials of each method."""
 
-
-def of_centre(ratios):
-    return OfLaw("fig_2_5_true_centre", lambda name, condition: ratios, TRIALS)
-
-
-def scatter(better, missing):
     def values(name, condition):
-        found = scattered(name, better)
-        found[:missing] = np.nan
+        which = not name.startswith("parametric")
+        found = spread_about((parametric, generic)[which], 0.1, len(name))
+        found[: failed[which]] = np.nan
         return found
 
     return of_seeds(values)
 
 
-def scattered(name, better):
-    middle = better if name.startswith("parametric") else 1.0
-    return spread_about(middle, 0.1, len(name))
+@pytest.mark.parametrize(
+    ("judge", "made", "verdict", "reason"),
+    [
+        (claims.judge_radial_bias, signed_bias(-0.4), "reproduced", ""),
+        (claims.judge_radial_bias, signed_bias(0.4), "differs", ""),
+        (claims.judge_no_radial_bias, relative_bias(0.2), "reproduced", ""),
+        (claims.judge_no_radial_bias, relative_bias(0.3), "differs", ""),
+        (
+            claims.judge_systematic,
+            systematic(0.001, spread_about(0.5)),
+            "reproduced",
+            "",
+        ),
+        (claims.judge_systematic, systematic(0.5, spread_about(0.5)), "differs", ""),
+        (claims.judge_systematic, systematic(0.001, spread_about(0.95)), "differs", ""),
+        (
+            claims.judge_systematic,
+            systematic(0.001, [*[np.nan] * 3, *spread_about(0.5)[3:]]),
+            "reproduced",
+            "3 failed",
+        ),
+        (claims.judge_motion, scatter(3.0), "reproduced", ""),
+        (claims.judge_motion, scatter(0.5), "differs", ""),
+        (
+            claims.judge_motion,
+            scatter(3.0, failed=(2, 2)),
+            "reproduced",
+            "2 failed with the parametric",
+        ),
+        (
+            claims.judge_motion,
+            scatter(3.0, failed=(0, 40)),
+            "differs",
+            "40 with the generic",
+        ),
+    ],
+)
+def test_residual_claim_holds_and_fails(judge, made, verdict, reason):
+    found = readings_of(judge, made)
+    assert {r.verdict for r in found} == {verdict}
+    assert reason in found[0].reason
 
 
-@pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
-def test_motion_is_won_by_the_smaller_scatter(better, verdict):
-    readings = readings_of(claims.judge_motion, scatter(better, missing=0))
-    assert {r.verdict for r in readings} == {verdict}
-
-
-def test_a_failed_seed_of_the_stage_counts_against_the_method_that_failed():
-    readings = readings_of(claims.judge_motion, scatter(3.0, missing=2))
-    assert {r.verdict for r in readings} == {"reproduced"}
-    assert "2 failed with the parametric" in readings[0].reason
-
-    def values(name, condition):
-        found = scattered(name, 3.0)
-        if not name.startswith("parametric"):
-            found[:40] = np.nan
-        return found
-
-    readings = readings_of(claims.judge_motion, of_seeds(values))
-    assert {r.verdict for r in readings} == {"differs"}
-    assert "40 with the generic" in readings[0].reason
-
-
-def test_failed_trials_of_the_true_centre_are_told():
-    ratios = spread_about(0.5)
-    ratios[:3] = np.nan
-    made = of_seeds(lambda name, condition: np.full(TRIALS, 0.001)) | {
-        "fig_2_5_true_centre": of_centre(ratios)
-    }
-    assert "3 failed" in readings_of(claims.judge_systematic, made)[0].reason
-
-
-def test_a_failed_seed_is_the_worst_of_a_median():
+def test_failed_run_is_the_worst_of_a_median():
     assert report.typical(np.array([1.0, np.nan, np.nan])) == np.inf
 
 
-def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
+def test_each_simulator_option_reads_its_own_runs():
     every = [*IN_PAIRS, *VARIANTS, {"zoom": 3}]
 
     def values(name, condition):
@@ -214,7 +214,7 @@ def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
     assert len(every) == 10
 
 
-def test_table_2_2_names_the_printed_number_of_each_median():
+def test_table_2_2_quotes_the_printed_number_of_each_median():
     made = of_seeds(lambda name, condition: np.full(TRIALS, condition["zoom"]))
     results = made | {"table_2_2_rendered": made["table_2_2_redrawn"]}
     found = report.table_2_2(results)
@@ -225,7 +225,7 @@ def test_table_2_2_names_the_printed_number_of_each_median():
     assert found.printed["Set 2 (px)"][2] == "t2_2_gen_rms_set2"
 
 
-def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
+def test_agreement_of_redrawn_and_rendered_runs_is_limited():
     redrawn, rendered = (
         OfLaw(SETS, lambda name, condition: spread_about(2.0), n) for n in (50, 3)
     )
@@ -238,7 +238,7 @@ def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():
 
 
 @pytest.mark.parametrize(("better", "verdict"), [(3.0, "reproduced"), (0.5, "differs")])
-def test_periphery_is_won_by_straighter_lines(better, verdict):
+def test_periphery_claim_favours_straighter_lines(better, verdict):
     def values(name, condition):
         found = spread_about(better if ".parametric." in name else 1.0, 0.1, len(name))
         found[0] = np.nan
@@ -251,7 +251,7 @@ def test_periphery_is_won_by_straighter_lines(better, verdict):
     assert s5_3_claims.line_median(made, "generic") == np.inf
 
 
-def test_the_part_of_fig_2_7_is_where_an_edge_leaves_the_boards_and_bends_most():
+def test_figure_2_7_crop_is_at_the_largest_bend():
     along = np.arange(20.0)
     straight = np.column_stack([along, np.full(20, 5.0)])
     bent = straight + np.outer(np.maximum(along - 9, 0), [0.0, 0.5])

@@ -36,7 +36,7 @@ def pixels_of(height, width):
 
 
 @pytest.mark.parametrize("search", [scenes.at_four_pixels, scenes.by_local_fit])
-def test_a_place_is_found_between_pixels(search):
+def test_metric_search_finds_position_between_pixels(search):
     pixels = pixels_of(60, 80)
     location = apply_homography(H_MM_PX, pixels.reshape(-1, 2)).reshape(60, 80, 2)
     wanted = np.array([[20.3, 30.8], [55.5, 12.25], [40.0, 41.7]])
@@ -49,7 +49,7 @@ def test_a_place_is_found_between_pixels(search):
     assert np.isnan(nowhere).all()
 
 
-def test_a_corner_that_no_pixel_decoded_starts_where_the_others_say():
+def test_undecoded_corner_starts_at_the_homography_of_the_others():
     metric = pixels_of(4, 5).reshape(-1, 2) * 18.0
     exact = apply_homography(np.linalg.inv(H_MM_PX), metric)
     lacking = exact.copy()
@@ -58,27 +58,27 @@ def test_a_corner_that_no_pixel_decoded_starts_where_the_others_say():
     assert scenes.residual_of(lacking, metric)["lost"] == 2
 
 
-def test_no_three_of_four_pixels_are_in_a_row():
+def test_first_four_pixels_are_not_collinear():
     row = [[0, 0], [1, 0], [2, 0], [3, 0], [0, 1], [1, 1]]
     assert scenes.first_four(np.array(row, float)) == (0, 1, 4, 5)
     assert scenes.first_four(np.array(row[:4], float)) is None
 
 
-def test_an_edge_is_found_where_it_is_steepest():
+def test_edge_points_are_at_the_steepest_gradient():
     v, u = np.mgrid[:80, :120]
     normal = np.array([np.sin(0.2), np.cos(0.2)])
     away = (u - 60.3) * normal[0] + (v - 40.2) * normal[1]
-    picture = 40 + 160 / (1 + np.exp(-away / 0.6))
+    image = 40 + 160 / (1 + np.exp(-away / 0.6))
     path = np.column_stack([np.arange(20.0, 100, 4), np.full(20, 40.2)])
     path[:, 1] -= np.tan(0.2) * (path[:, 0] - 60.3)
-    found = experiment.edge_points(picture, path + [0.0, 1.3])
+    found = experiment.edge_points(image, path + [0.0, 1.3])
     assert np.abs((found - [60.3, 40.2]) @ normal).max() < 0.1
     even = experiment.edge_points(np.full((80, 120), 90.0), path)
     assert np.isnan(even).all()
     assert experiment.bend(found) < 0.001
 
 
-def test_points_of_another_edge_are_left_out_of_a_curve():
+def test_smooth_run_excludes_points_of_another_edge():
     x = np.linspace(0, 200, 51)
     points = np.column_stack([x, 0.001 * (x - 100) ** 2])
     points[[7, 30], 1] += 2.0
@@ -89,7 +89,7 @@ def test_points_of_another_edge_are_left_out_of_a_curve():
     assert experiment.bend(points[kept]) == pytest.approx(10 * 2 / 3 / 200, rel=0.05)
 
 
-def test_the_lean_of_a_vertical_follows_from_the_pose():
+def test_lean_of_a_vertical_follows_from_the_pose():
     turn = rotation_from_vector(np.array([np.radians(-8.0), 0.03, 0.02]))
     T = pose(turn, [-180, -140, 130])
     ends = np.array([[600.0, -900, 2500], [600.0, 700, 2500]])
@@ -104,7 +104,7 @@ def test_the_lean_of_a_vertical_follows_from_the_pose():
     assert experiment.predicted_lean(level, places) == pytest.approx(0, abs=1e-9)
 
 
-def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
+def test_static_grid_needs_all_corners_of_a_square():
     truth = apply_homography(H_MM_PX, pixels_of(60, 80).reshape(-1, 2))
     truth = truth.reshape(60, 80, 2)
     metric = np.stack(np.meshgrid([10.0, 16, 22], [12.0, 18, 24]), axis=-1)
@@ -119,7 +119,7 @@ def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
     assert scenes.share_right(corners, metric, truth, inside, 0.6) == 0
 
 
-def test_corners_that_are_cut_off_are_not_measured():
+def test_truncated_corners_are_not_measured():
     metric = np.stack(np.meshgrid([12.0, 24, 36], [12.0, 24]), axis=-1).reshape(-1, 2)
     v, u = (scenes.MM_PER_PX * (np.mgrid[:120, :160] + 0.5) - 12) / 12
     value = np.clip(8 * np.sin(np.pi * u) * np.sin(np.pi * v), -1, 1)
@@ -131,18 +131,18 @@ def test_corners_that_are_cut_off_are_not_measured():
     np.testing.assert_array_equal(np.isfinite(off), [True, True, False] * 2)
 
 
-def test_options_stand_alone_where_the_ledger_says_so():
+def test_table_options_are_crossed_as_the_ledger_states():
     taken = crossed(open_questions(ROOT), claims.OF_TABLE)
     assert len(taken) == 2 * 2 + 4
 
 
-def test_the_names_of_the_trials_cover_the_options_of_the_ledger():
+def test_trial_names_cover_the_ledger_options():
     known = open_questions(ROOT)
     for question, names in report.NAMES.items():
         assert list(names) == known[question]["options"]
 
 
-def test_verticals_are_compared_from_the_outermost_left_to_the_outermost_right():
+def test_verticals_are_compared_from_leftmost_to_rightmost():
     lines = SimpleNamespace(
         vertical=np.array([True, False, True, True]),
         place=np.array([[30.0, 0], [5, 0], [10, 0], [90, 0]]),
@@ -179,7 +179,7 @@ def table_3_8(binned, native, falling):
 @pytest.mark.parametrize("judge", [
     claims.judge_order, claims.judge_close, claims.judge_window,
 ])  # fmt: skip
-def test_table_3_8_is_judged_in_binned_and_in_native_pixels(judge):
+def test_table_3_8_claims_differ_for_binned_and_native_pixels(judge):
     good, bad = (0.10, 0.12, 0.2, 0.11), (0.10, 0.05, 0.02, 0.11)
     for means, falling, expected in (
         (good, True, "reproduced"),
@@ -191,7 +191,7 @@ def test_table_3_8_is_judged_in_binned_and_in_native_pixels(judge):
         assert found[0].reading["picture_pixels"] == "binned 3 x 3"
 
 
-def test_the_raster_has_dark_frames_and_a_mean_of_one():
+def test_raster_has_dark_frames_and_unit_mean():
     fine = (np.arange(1000) + 0.5) / 250
     share = experiment.opened(fine, 1 / 250)
     assert share.mean() == pytest.approx(1)
@@ -201,7 +201,7 @@ def test_the_raster_has_dark_frames_and_a_mean_of_one():
     )
 
 
-def test_native_pixels_see_the_raster_and_corners_where_they_are():
+def test_native_camera_resolves_raster_and_corners():
     rig = experiment.rig_of(experiment.RIG)
     camera = experiment.NativeCamera(
         rig, rig.draw_poses(np.random.default_rng(5), 1)[0]
@@ -221,14 +221,14 @@ def test_native_pixels_see_the_raster_and_corners_where_they_are():
             assert found[method]["rms_true_px"] < 0.1
 
 
-def test_without_the_raster_an_edge_has_its_share_of_a_sample():
+def test_edge_without_raster_is_area_sampled():
     shown = np.repeat([[[0.0, 0.0, 1.0, 1.0]]], 4, axis=1)
     x, y = np.meshgrid(1.9 + 0.1 * np.arange(3), 2 + 0.1 * np.arange(3))
     light = experiment.without_raster(shown, np.stack([x, y], axis=-1))
     np.testing.assert_allclose(light[0], [[0, 0.5, 1]] * 3, atol=1e-9)
 
 
-def test_no_parameters_are_judged_by_the_size_of_squares_and_by_the_filters():
+def test_no_parameters_claim_depends_on_square_size_and_filter():
     def judged(near, far):
         """Verdicts; near, far: residual with no filter, 7 x 7, and both, in px."""
 

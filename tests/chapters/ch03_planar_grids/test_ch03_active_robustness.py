@@ -1,4 +1,4 @@
-"""3.3.3: pictures made worse, residuals measured, claims that can fail."""
+"""3.3.3: images made worse, residuals measured, claims that can fail."""
 
 from dataclasses import replace
 from functools import cache
@@ -29,7 +29,7 @@ def second_grid(noise=0.0):
     return points.reshape(90, 120, 2)
 
 
-def test_a_residual_is_the_rms_of_what_a_homography_leaves():
+def test_residual_is_the_rms_after_a_homography():
     corners = 15 + POINTS
     assert experiment.residual_mm(corners, second_grid(), POINTS) < 1e-3
     off = corners + np.random.default_rng(1).normal(0, 0.1, corners.shape)
@@ -46,13 +46,13 @@ def test_a_residual_is_the_rms_of_what_a_homography_leaves():
     assert np.isnan(experiment.residual_mm(off, second_grid(), POINTS))
 
 
-def test_windows_follow_the_least_square():
+def test_window_follows_the_smallest_square():
     assert experiment.min_step(POINTS) == pytest.approx(4)
     for step, window in ((60, 29), (36, 17), (20, 9), (4, 5)):
         assert experiment.window_of(step / 4 * POINTS) == window
 
 
-def test_noise_is_one_draw_for_all_exposures_and_blur_comes_first():
+def test_noise_is_shared_by_exposures_and_added_after_blur():
     flat = np.full((1, 80, 80), 100, np.uint8)
     asked = {"blur_px": 0, "noise_grey": 4}
     rng = np.random.default_rng(0)
@@ -68,7 +68,7 @@ def test_noise_is_one_draw_for_all_exposures_and_blur_comes_first():
     assert edge[0, 0, 39] == 0
 
 
-def test_a_brighter_picture_is_the_file_of_more_light():
+def test_brighter_image_equals_more_light():
     """As the sensor itself would have made it, overflow along columns included."""
     rng = np.random.default_rng(0)
     light = rng.uniform(0.05, 0.6, (60, 40))
@@ -83,14 +83,14 @@ def test_a_brighter_picture_is_the_file_of_more_light():
     np.testing.assert_array_equal(made[:, 20], dry[:, 20])
 
 
-def test_wells_that_overflow_take_no_corners():
+def test_overflow_does_not_lose_corners():
     """At the edges of the Gray code they are taken for no blur, which would widen the
     margin that the decoder chooses by more than a square: the outermost corners stay.
     """
     rig = rig_named("monitor-d200-small")
     poses = rig.draw_poses(np.random.default_rng(0), len(rig.poses.names))
-    patterns, pictures = experiment.patterns_taken(rig, poses[0], [0])
-    bright = [experiment.brighter(picture, rig.sensor) for picture in pictures]
+    patterns, images = experiment.patterns_taken(rig, poses[0], [0])
+    bright = [experiment.brighter(image, rig.sensor) for image in images]
     points = rig.target.chessboard_points()
     found = pixels_of(experiment.location_of(bright, patterns, rig.target), points)
     assert np.isfinite(found).all()
@@ -156,7 +156,7 @@ def behind_in_noise(sweep, level, method):
     )
 
 
-def test_claims_hold_and_fail_with_the_residuals():
+def test_active_grid_claims_hold_and_fail():
     judges = report.judge_active_distance, report.judge_active_orientation
     for judge in (*judges, report.judge_active_noise, report.judge_active_best):
         assert judged(judge, ahead) == {"reproduced"}
@@ -168,51 +168,59 @@ def test_claims_hold_and_fail_with_the_residuals():
     assert judged(report.judge_active_distance, behind_in_noise) == {"reproduced"}
 
 
-def test_what_is_less_apart_than_the_floor_spreads_is_a_tie():
-    """Where true corners tell there is no floor, and no tie."""
-
-    def beaten(sweep, level, method):
-        return 1.0 if method == experiment.ACTIVE else 0.9
-
-    narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
-    judges = (
-        report.judge_active_best,
-        report.judge_active_distance,
-        report.judge_active_orientation,
-        report.judge_active_noise,
-    )
-    for judge in judges:
-        assert by_measure(judge, beaten, floor=narrow) == ({"differs"}, {"differs"})
-        assert by_measure(judge, beaten, floor=wide) == ({"reproduced"}, {"differs"})
+NARROW, WIDE = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
 
 
-def test_a_tie_of_ratios_is_the_floors_spread_over_the_sharp_residual():
-    def rising(sweep, level, method):
+def beaten(sweep, level, method):
+    return 1.0 if method == experiment.ACTIVE else 0.9
+
+
+def blurred(active, other, sharp=1):
+    """Residuals that rise by so much at the largest blur."""
+
+    def residual(sweep, level, method):
         grown = sweep == "blur" and level == 4
-        return 2 + grown * {"active grid": 0.3}.get(method, 0.2)
+        return sharp + grown * (active if method == experiment.ACTIVE else other)
 
-    judge = report.judge_active_blur
-    narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
-    assert by_measure(judge, rising, floor=narrow) == ({"differs"}, {"differs"})
-    assert by_measure(judge, rising, floor=wide) == ({"reproduced"}, {"differs"})
+    return residual
 
 
-def test_blur_is_judged_by_ratios():
-    def rising(sweep, level, method):
-        grown = sweep == "blur" and level == 4
-        return 1 + grown * {"active grid": 0.2}.get(method, 0.3)
+@pytest.mark.parametrize(
+    ("judge", "residual"),
+    [
+        (report.judge_active_best, beaten),
+        (report.judge_active_distance, beaten),
+        (report.judge_active_orientation, beaten),
+        (report.judge_active_noise, beaten),
+        # A tie of ratios is the floor's spread over the sharp residual.
+        (report.judge_active_blur, blurred(0.3, 0.2, sharp=2)),
+    ],
+)
+def test_difference_below_the_spread_of_the_floor_is_a_tie(judge, residual):
+    """True corners have no floor, and no tie."""
+    for floor, verdict in ((NARROW, "differs"), (WIDE, "reproduced")):
+        found = by_measure(judge, residual, floor=floor)
+        assert found == ({verdict}, {"differs"})
 
-    assert judged(report.judge_active_blur, rising) == {"reproduced"}
 
-    def steep(sweep, level, method):
-        return 1 + (sweep == "blur") * (0.6 if method == experiment.ACTIVE else 3)
-
-    assert judged(report.judge_active_blur, steep) == {"differs"}
-    assert judged(report.judge_active_blur, lambda *at: 3 - rising(*at)) == {"differs"}
-    assert judged(report.judge_active_blur, ahead) == {"reproduced"}
+def steep(sweep, level, method):
+    return 1 + (sweep == "blur") * (0.6 if method == experiment.ACTIVE else 3)
 
 
-def test_a_turned_monitor_has_less_area_and_larger_angles():
+@pytest.mark.parametrize(
+    ("residual", "verdict"),
+    [
+        (blurred(0.2, 0.3), "reproduced"),
+        (steep, "differs"),
+        (blurred(-0.2, -0.3, sharp=2), "differs"),
+        (ahead, "reproduced"),
+    ],
+)
+def test_blur_is_judged_by_ratios(residual, verdict):
+    assert judged(report.judge_active_blur, residual) == {verdict}
+
+
+def test_rotated_monitor_has_less_area_and_larger_angles():
     rig = rig_named(experiment.RIG)
     size = rig.target.monitor_mm
     straight, turned = (
@@ -220,7 +228,7 @@ def test_a_turned_monitor_has_less_area_and_larger_angles():
         for turn in (0, 60)
     )
     area = experiment.visible_areas(rig, straight)
-    # All of it is in the picture, but for pixels on its rim, 1 mm wide.
+    # All of it is in the image, but for pixels on its rim, 1 mm wide.
     assert 0.97 < area.sum() / (size[0] * size[1]) < 1
     assert experiment.visible_areas(rig, turned).sum() < area.sum()
     assert experiment.farthest_angle(rig, straight) == pytest.approx(47, abs=2)

@@ -1,4 +1,4 @@
-"""Blooming of 3.2.2: corners and edges of the code in made-up pictures, and claims."""
+"""Blooming of 3.2.2: corners and edges of the code in made-up images, and claims."""
 
 import numpy as np
 import pytest
@@ -13,27 +13,27 @@ SPREAD = np.linspace(0.9, 1.1, 50)
 
 
 def points_seen():
-    """A picture (H, W, 2) mm whose pixels are those of the monitor, a mm each."""
+    """A image (H, W, 2) mm whose pixels are those of the monitor, a mm each."""
     v, u = np.indices((SIZE, SIZE))
     return np.stack([u + 0.5, v + 0.5], axis=-1)
 
 
 def widened(pattern, by):
     """A pattern (H, W) uint8 whose bright stripes reach `by` px further up and down."""
-    picture = pattern_picture(pattern, (SIZE, SIZE))
-    moved = [np.roll(picture, shift, axis=0) for shift in range(-by, by + 1)]
+    image = pattern_picture(pattern, (SIZE, SIZE))
+    moved = [np.roll(image, shift, axis=0) for shift in range(-by, by + 1)]
     return np.max(moved, axis=0)
 
 
 @pytest.mark.parametrize("by", [(0, 0), (2, 2), (3, 1)])
-def test_stripes_that_are_too_wide_move_edges_apart_and_not_their_middle(by):
-    pictures = [widened(one, by[bool(one.inverse)]) for one in PATTERNS]
-    found = scenes.edge_errors(pictures, PATTERNS, points_seen(), CELL_PX)
+def test_wide_stripes_shift_edges_but_not_their_midpoint(by):
+    images = [widened(one, by[bool(one.inverse)]) for one in PATTERNS]
+    found = scenes.edge_errors(images, PATTERNS, points_seen(), CELL_PX)
     assert found["one picture"] == pytest.approx(np.hypot(*by) / np.sqrt(2))
     assert found["midpoint"] == pytest.approx(abs(by[0] - by[1]) / 2)
 
 
-def test_an_edge_is_that_of_the_bit_that_changes():
+def test_changing_bit_matches_the_gray_code():
     for bits in (3, 4):
         for edge in range(1, 2**bits):
             cells = np.array([edge - 1, edge])
@@ -42,14 +42,14 @@ def test_an_edge_is_that_of_the_bit_that_changes():
             assert changed == [scenes.changing_bit(edge, bits)]
 
 
-def test_what_lies_near_the_rim_of_the_monitor_is_no_edge():
+def test_rows_near_the_monitor_edge_are_no_code_edges():
     seen = points_seen()[..., 1]
     seen[:20] = np.nan
     assert np.isnan(scenes.true_rows(seen, 30.0)).all()
     np.testing.assert_allclose(scenes.true_rows(seen, 40.0), 39.5)
 
 
-def test_the_grid_is_asked_at_the_corners():
+def test_grid_error_is_measured_at_corners():
     light = scenes.light_of(scenes.drawn_pose(np.random.default_rng(0)))
     whole = scenes.corner_error_in_grid(light.points, light)
     assert whole["share"] == 1
@@ -89,7 +89,7 @@ def by_clipped(grid, masked, growth=1.0):
     return [(one.reading["clipped_sines"], one.verdict) for one in found]
 
 
-def test_blooming_is_judged_at_the_corners_with_and_without_clipped_sines():
+def test_blooming_claim_depends_on_clipped_sines():
     better, worse = ("kept", "reproduced"), ("left out", "differs")
     assert by_clipped(0.01, 0.05) == [better, worse]
     assert by_clipped(0.01, np.nan) == [better, worse]
@@ -98,7 +98,7 @@ def test_blooming_is_judged_at_the_corners_with_and_without_clipped_sines():
     assert by_clipped(0.005, 0.005, growth=7.0) == [("kept", "differs"), worse]
 
 
-def test_midpoints_are_judged_by_their_error_and_its_growth():
+def test_midpoint_claim_uses_error_and_growth():
     def judged(midpoint, growth=2.0):
         one = columns({("edges", "one picture"): 1.0}, 2.0)
         made = one | columns({("edges", "midpoint"): midpoint}, growth)

@@ -17,7 +17,7 @@ def run():
     return experiment.drawn_run(condition, np.random.default_rng(5))
 
 
-def test_views_are_moderate_and_the_board_is_whole():
+def test_board_views_are_complete_and_moderate():
     for name in experiment.CAMERAS:
         view = experiment.board_view(name, 600, 10, np.random.default_rng(2))
         sides = steps_between(view.lattice)
@@ -46,7 +46,7 @@ def test_image_shows_corners_at_true_positions():
     assert unlike.min() > 120
 
 
-def test_a_recorded_run_is_complete(run):
+def test_recorded_run_is_complete(run):
     assert run["success"]
     assert run["grid"].shape == (7, 9, 2)
     contours = run["steps"][:, 0]
@@ -56,7 +56,7 @@ def test_a_recorded_run_is_complete(run):
         assert run[name][:, 0].max() < len(run["steps"])
 
 
-def test_every_way_through_the_code_is_in_the_flowchart():
+def test_flowchart_contains_every_transition():
     counts = experiment.stage_trial({}, np.random.default_rng(0))
     ways = [tuple(k.split(" > ")) for k in counts if " > " in k]
     assert set(ways) <= set(report.ARROWS)
@@ -64,7 +64,7 @@ def test_every_way_through_the_code_is_in_the_flowchart():
     assert counts["process > window"] == counts["contours"] - 1
 
 
-def test_constructed_first_corners_keep_away_from_the_boundaries():
+def test_constructed_corners_avoid_the_decision_boundaries():
     rng = np.random.default_rng(1)
     for _ in range(50):
         side_4, true, wrong = experiment.start_case(rng)
@@ -76,7 +76,7 @@ def test_constructed_first_corners_keep_away_from_the_boundaries():
         assert all(m == (near, nearer) for m in moved)
 
 
-def test_a_bent_corner_stays_and_a_bent_disc_moves():
+def test_bent_corner_stays_and_bent_disc_moves():
     values = experiment.bias_trial(
         {"bend": 0.2, "radius": 20.0}, np.random.default_rng(0)
     )
@@ -86,7 +86,7 @@ def test_a_bent_corner_stays_and_a_bent_disc_moves():
     np.testing.assert_allclose(flat, [3, 3], atol=1e-12)
 
 
-def test_broken_edges_fade_to_grey_and_leave_the_rest():
+def test_broken_edges_fade_to_grey_only_there():
     board = SyntheticBoard(square_px=250.0, fov_deg=80.0)
     image, lattice = board.image(1.0), board.lattice
     rng = np.random.default_rng(0)
@@ -99,7 +99,7 @@ def test_broken_edges_fade_to_grey_and_leave_the_rest():
     )
 
 
-def test_cochran_armitage_on_known_tables():
+def test_cochran_armitage_matches_known_tables():
     assert claims.falling_trend([1, 2, 3], [5, 5, 5], [10] * 3) == 0.0
     assert claims.falling_trend([1, 2, 3], [0, 0, 0], [10] * 3) == 0.0
     # Two groups: the statistic is that of the two-proportion test.
@@ -108,20 +108,20 @@ def test_cochran_armitage_on_known_tables():
     assert claims.falling_trend([0, 1], [2, 8], [10, 10]) == pytest.approx(-z)
 
 
-def test_the_border_costs_28_of_63_corners():
+def test_border_loses_28_of_63_corners():
     assert claims.interior((10, 8), 0) == 63
     assert claims.interior((10, 8), 1) == 35
     assert claims.judge_border_formula({}).verdict == "reproduced"
 
 
-def test_a_candidate_that_two_contours_see_is_counted_once():
+def test_shared_candidate_is_counted_once():
     side, column = [[10, 10], [40, 11]], [[10, 10], [10, 40]]
     contours = [SimpleNamespace(candidates=np.array(c)) for c in (side, column)]
     assert page.candidates_of(SimpleNamespace(contours=contours)) == 3
     assert page.candidates_of(SimpleNamespace(contours=())) == 0
 
 
-def test_growth_is_judged_for_each_kind_of_break():
+def test_growth_claim_is_judged_per_kind_of_break():
     right = [*zip(experiment.BROKEN.values(), ((15, 2), (8, 6), (3, 10)), strict=True)]
 
     def values(condition):

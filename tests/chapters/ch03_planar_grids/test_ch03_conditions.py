@@ -41,12 +41,17 @@ def drawn_lattice(rows=6, columns=8, growth=1.0):
     return np.stack(np.meshgrid(50 + u, 40 + v), axis=-1)
 
 
+def even(places):
+    """Light of one level."""
+    return np.ones(len(places))
+
+
 @pytest.fixture(scope="module")
 def fisheye_sheet():
     return experiment.sheet_of("fisheye", np.random.default_rng(1))
 
 
-def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
+def test_relighting_equals_rendering_with_the_light(fisheye_sheet):
     sheet = fisheye_sheet
     rig = sheet.rig
     corner, size = rig.extent
@@ -65,7 +70,6 @@ def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
 
 
 def test_cropped_image_keeps_the_corners_in_place(fisheye_sheet):
-    even = lambda places: np.ones(len(places))  # noqa: E731
     image, lattice = experiment.cropped_image(fisheye_sheet, even)
     assert lattice.min() > 0
     assert np.all(lattice.reshape(-1, 2).max(axis=0) < image.shape[::-1])
@@ -76,10 +80,9 @@ def test_cropped_image_keeps_the_corners_in_place(fisheye_sheet):
     assert np.all(alternating > 0) or np.all(alternating < 0)
 
 
-def test_flaws_and_noise_of_a_sheet_are_those_of_its_seeds(fisheye_sheet):
+def test_sheet_flaws_and_noise_follow_their_seeds(fisheye_sheet):
     spotted = Blemishes(200, (2, 4), (0.9, 0.9), (0.0, 0.0))
     sheet = fisheye_sheet._replace(rig=replace(fisheye_sheet.rig, blemishes=spotted))
-    even = lambda places: np.ones(len(places))  # noqa: E731
     one, again, exposed, marked = (
         experiment.cropped_image(s, even)[0].astype(int)
         for s in (sheet, sheet, sheet._replace(exposure=1), sheet._replace(specimen=1))
@@ -90,7 +93,7 @@ def test_flaws_and_noise_of_a_sheet_are_those_of_its_seeds(fisheye_sheet):
     assert noise.max() < 30 < flaws.max()
 
 
-def test_eight_orders_begin_where_they_should():
+def test_eight_orders_are_distinct_and_start_correctly():
     lattice = drawn_lattice()
     seen = set()
     for first in range(4):
@@ -103,8 +106,7 @@ def test_eight_orders_begin_where_they_should():
     assert len(seen) == 8
 
 
-def test_detected_needs_the_board_that_is_there(fisheye_sheet):
-    even = lambda places: np.ones(len(places))  # noqa: E731
+def test_detection_requires_the_true_board(fisheye_sheet):
     image, lattice = experiment.cropped_image(fisheye_sheet, even)
     assert detected("raxel", image, lattice)
     assert detected("raxel", image, lattice[::-1, ::-1])
@@ -117,7 +119,7 @@ def contour_result(inliers, merged):
     return SimpleNamespace(contours=(contour,))
 
 
-def test_merge_failures_are_lost_or_doubled_corners():
+def test_merge_failure_is_a_lost_or_doubled_corner():
     lattice = drawn_lattice()
     side = lattice[0]
     assert not merge_failed(contour_result(side, side), lattice)
@@ -133,7 +135,7 @@ def test_size_variation_is_that_of_one_contour():
     assert size_variation(drawn_lattice()) == pytest.approx(1)
 
 
-def test_logistic_slope_is_found_again():
+def test_logistic_fit_recovers_slope_and_reports_no_fit():
     rng = np.random.default_rng(3)
     x = rng.uniform(1, 6, 20000)
     y = rng.random(len(x)) < 1 / (1 + np.exp(-(-3 + 0.8 * x)))
@@ -141,15 +143,12 @@ def test_logistic_slope_is_found_again():
     assert abs(slope - 0.8) < 4 * error
     assert error < 0.03
     assert logistic_curve(x, y, np.array([3.75]))[0] == pytest.approx(0.5, abs=0.02)
+    few = np.arange(8.0)
+    for without_fit in (np.zeros(8), few > 3):
+        assert np.isnan(logistic_fit(few, without_fit)[0])
 
 
-def test_logistic_slope_without_a_fit_is_nan():
-    x = np.arange(8.0)
-    assert np.isnan(logistic_fit(x, np.zeros(8))[0])
-    assert np.isnan(logistic_fit(x, x > 3)[0])
-
-
-def test_candidate_parts_leave_out_the_smallest_steps():
+def test_candidate_parts_exclude_the_smallest_steps():
     lattice = drawn_lattice(growth=1.3)
     parts = candidate_parts(lattice, 0.95)
     assert parts[0] == Part(0, 5, 0, 7)
@@ -160,9 +159,9 @@ def test_candidate_parts_leave_out_the_smallest_steps():
     assert parts[1].right == 7
 
 
-def test_nearer_to_the_frame_is_asked_of_the_fisheye_alone():
+def test_border_distance_counts_for_the_fisheye_only():
     def parts(celect, opencv):
-        """The same part for both cameras, and its px to the frame in two pictures."""
+        """The same part for both cameras, and its px to the frame in two images."""
         made = {}
         for who, (count, *frames) in (("celect", celect), ("opencv", opencv)):
             for camera, px in zip(("hyperboloidal", "fisheye"), frames, strict=True):
@@ -178,14 +177,14 @@ def test_nearer_to_the_frame_is_asked_of_the_fisheye_alone():
     assert not partial_predicates(small, small, "opencv")[0].any()
 
 
-def test_an_order_that_never_decides_is_no_slight_difference():
+def test_trace_direction_without_differences_is_undecided():
     alike = OfLaw("exp_c3_trace_direction", lambda name, condition: np.ones(40), 40)
     readings = readings_of(judge_trace_direction, {"exp_c3_trace_direction": alike})
     assert [r.verdict for r in readings] == ["undecided"] * 2
     assert [r.reading["pose_range"] for r in readings] == [WHOLE, HARD]
 
 
-def test_search_ends_where_no_line_can_be_added():
+def test_largest_part_search_ends_at_the_maximum():
     lattice = drawn_lattice(growth=1.1)
 
     def returns(part):
@@ -203,14 +202,14 @@ def test_paint_covers_all_but_the_squares_of_the_part(fisheye_sheet):
     camera = sheet.rig.camera
     grey = np.full((camera.height, camera.width), 100, np.uint8)
     part = Part(1, 3, 2, 5)
-    picture, corners = painted(sheet, grey, part)
+    image, corners = painted(sheet, grey, part)
     assert corners.shape == (3, 4, 2)
     u, v = np.rint(corners).astype(int).transpose(2, 0, 1)
-    assert np.all(picture[v, u] == 100)
+    assert np.all(image[v, u] == 100)
     # Two squares beyond the part's corners all is white.
-    assert np.all(picture[[0, -1]] == 255)
-    assert np.all(picture[:, [0, -1]] == 255)
-    area = (picture == 100).sum()
+    assert np.all(image[[0, -1]] == 255)
+    assert np.all(image[:, [0, -1]] == 255)
+    area = (image == 100).sum()
     ring = sheet.lattice[0:5, 1:7]
     from cv2 import contourArea
 
@@ -218,20 +217,20 @@ def test_paint_covers_all_but_the_squares_of_the_part(fisheye_sheet):
     assert area == pytest.approx(contourArea(around.astype(np.float32)), rel=0.06)
 
 
-def test_what_lies_beside_a_mirror_is_not_black():
+def test_surround_of_a_mirror_is_not_black():
     sheet = experiment.sheet_of("spherical", np.random.default_rng(3))
     light = replace(sheet.rig.light, surround=0.0)
     black = sheet._replace(rig=replace(sheet.rig, light=light))
 
     def corner_of(of):
-        picture = experiment.whole_image(of, lambda uv: np.ones(len(uv), np.float32))
-        return picture[:20, :20].mean()
+        image = experiment.whole_image(of, lambda uv: np.ones(len(uv), np.float32))
+        return image[:20, :20].mean()
 
     assert sheet.rig.light.surround > 0
     assert corner_of(sheet) > corner_of(black) + 10
 
 
-def test_no_image_is_in_both_studies_of_merging():
+def test_merging_studies_share_no_image():
     conditions = [plan("full").conditions for plan in (page.shadow, page.merge_images)]
     assert not [c for c in conditions[0] if c in conditions[1]]
     images = sum(len(c) * page.FISHEYE_IMAGES["full"] for c in conditions)

@@ -19,7 +19,7 @@ from tests.made_results import OfLaw
         ([7.9] * 20, "undecided", 100),
     ],
 )
-def test_nearly_all_grids_in_order_are_less_than_8_px_off(largest, verdict, count):
+def test_8_px_claim_counts_complete_grids_only(largest, verdict, count):
     def law(name, condition):
         assert name.endswith("ordered_px")
         return largest

@@ -1,4 +1,4 @@
-"""3.3.2: how grids are scored, what lost them, and that pictures are the seed's."""
+"""3.3.2: how grids are scored, what lost them, and that images are the seed's."""
 
 import numpy as np
 import pytest
@@ -63,12 +63,12 @@ LATTICE = np.stack(
 TRUTH = LATTICE.reshape(-1, 2)
 
 
-def test_a_grid_is_right_within_8_px():
+def test_grid_is_correct_within_8_px():
     assert is_right(TRUTH + [5, 5], TRUTH)
     assert not is_right(TRUTH + [6, 6], TRUTH)
 
 
-def test_clicks_begin_at_the_smallest_square_and_keep_their_turn():
+def test_clicks_start_at_the_smallest_square_clockwise():
     lattice = LATTICE.copy()
     lattice[0, -1] -= [12, -12]
     begun = from_smallest(lattice)
@@ -91,7 +91,7 @@ def failed(stage, merged=(), inliers=()):
     )
 
 
-def test_causes_are_told_from_the_contour_that_failed():
+def test_failure_cause_is_that_of_the_failed_contour():
     side = LATTICE[0]
     between = side[1:2] + [15, 0]
     twice = np.vstack([side, side[2:3] + [5, 3]])
@@ -107,7 +107,7 @@ def test_causes_are_told_from_the_contour_that_failed():
     assert [cause_of(result, LATTICE) for result, _ in cases] == [c for _, c in cases]
 
 
-def test_errors_are_told_with_both_windows():
+def test_errors_are_reported_for_both_windows():
     board = SyntheticBoard()
     image, truth = board.image(), board.corners
     # More than the full window reaches, less than the half window does; OpenCV returns
@@ -135,7 +135,7 @@ def test_min_steps_are_in_merging_distances():
     assert min_step_over_merging(bent)[0][0] == pytest.approx(20 / reach[0])
 
 
-def test_wiping_takes_one_blemish_and_leaves_the_draws():
+def test_wiping_removes_one_kind_of_blemish():
     rig = rig_named("hyperboloidal")
     assert wiped(rig, None) is rig
     clean = wiped(rig, "spots").blemishes
@@ -164,7 +164,7 @@ def two_seeds():
     return written(Plan(trial, conditions, 1, {"set": "spherical"}))
 
 
-def test_a_reading_counts_its_own_pictures():
+def test_reading_counts_its_own_images():
     result = two_seeds()
     ball = {"table_3_4_grids": result}
     assert seeds_of(ball) == [1, 2]
@@ -212,7 +212,7 @@ def grids_near_and_far(near_px, far_px):
 @pytest.mark.parametrize(("far_px", "apart"), [
     (0.1, "reproduced"), (0.3, "differs"),
 ])  # fmt: skip
-def test_grids_with_corners_near_each_other_count_in_one_reading(far_px, apart):
+def test_close_corners_count_in_one_reading_only(far_px, apart):
     results = grids_near_and_far(near_px=5.0, far_px=far_px)
     found = readings_of(judge_same_after_loc, results)
     assert len(found) == 64
@@ -222,7 +222,7 @@ def test_grids_with_corners_near_each_other_count_in_one_reading(far_px, apart):
         assert one.verdict == expected[one.reading["corner_spacing"]]
 
 
-def test_the_spacing_of_a_grid_is_that_of_its_picture():
+def test_spacing_trial_measures_its_image():
     view = grid_view("fisheye", 7, 11, WHOLE)
     lattice = view.corners.reshape(view.rows, view.columns, 2)
     where = {"set": "fisheye", "poses": WHOLE, "image": 7, "seed": 11}
@@ -232,7 +232,7 @@ def test_the_spacing_of_a_grid_is_that_of_its_picture():
     assert min_spacing(bent) == pytest.approx(18)
 
 
-def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
+def test_image_is_reproducible_and_clockwise():
     one, two = (grid_view("fisheye", 7, 11, WHOLE) for _ in range(2))
     np.testing.assert_array_equal(one.image, two.image)
     assert one.image.shape == (768, 1024)
@@ -243,7 +243,7 @@ def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():
     np.testing.assert_array_equal(first, again)
 
 
-def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
+def test_flaws_depend_on_set_and_seed_and_noise_on_the_image(monkeypatch):
     rig = rig_of("fisheye", 0)
     pose = rig.draw_poses(np.random.default_rng(0), 1)[0]
 
@@ -267,7 +267,7 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
     assert len(set(noise)) == 4
 
 
-def test_a_predicate_about_nothing_decides_nothing():
+def test_predicate_without_runs_is_undecided():
     none, held, failed = (
         run_by_run(holds, 1.0, "why")
         for holds in ([], [True, True, True], [True, False, True])

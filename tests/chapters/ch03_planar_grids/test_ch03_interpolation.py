@@ -41,7 +41,7 @@ def test_interpolation_is_exact_for_a_pinhole(name):
     assert np.abs(found - points).max() < 1e-8
 
 
-def test_the_formula_has_the_size_of_a_weak_lens():
+def test_bias_formula_matches_a_weak_lens():
     stated, points = lens(), points_of(3, 4000)
     K = [[680 / 0.3, 0, 499.5], [0, 680 / 0.3, 499.5], [0, 0, 1]]
     weak = GridScene(
@@ -55,7 +55,7 @@ def test_the_formula_has_the_size_of_a_weak_lens():
         )
 
 
-def test_four_corners_are_never_three_on_a_line():
+def test_nearest_four_corners_are_never_collinear():
     scene, points = lens(), points_of(4)
     view = scene.view(20)
     places = places_of(view)
@@ -72,12 +72,12 @@ def test_four_corners_are_never_three_on_a_line():
     assert 0.02 < np.mean((seen != ring).any(axis=1)) < 0.15
 
 
-def test_too_few_corners_give_no_four():
+def test_nearest_four_needs_enough_corners():
     places = np.array([[0, 0], [1, 0], [2, 0], [0, 1]])
     assert (nearest_four(np.zeros((2, 2)), places * 10.0, places) == -1).all()
 
 
-def test_noise_is_passed_on_as_the_page_says():
+def test_interpolated_noise_has_the_stated_size():
     scene, points, rng = lens(0), points_of(6, 4000), np.random.default_rng(6)
     view = scene.view(10)
     noisy = view._replace(pixels=view.pixels + rng.normal(0, 0.1, view.pixels.shape))
@@ -132,7 +132,7 @@ def verdicts(judge, results):
     return [reading.verdict for reading in readings_of(judge, results)]
 
 
-def test_growth_and_direction_can_hold_and_fail():
+def test_radial_claims_hold_and_fail():
     grown = vectors(lambda r, rng: r, (0.3, 0.1))
     assert verdicts(report.judge_radial_growth, grown) == ["reproduced"] * 2
     assert verdicts(report.judge_radial_direction, grown) == ["reproduced"]
@@ -147,7 +147,7 @@ def test_growth_and_direction_can_hold_and_fail():
 @pytest.mark.parametrize(
     ("power", "expected"), [(2, "reproduced"), (3, "differs"), (-2, "differs")]
 )
-def test_the_slope_in_the_pitch_decides(power, expected):
+def test_pitch_claim_depends_on_the_slope(power, expected):
     def trial(condition, rng):
         size = condition["pitch_mm"] ** power * rng.uniform(0.99, 1.01)
         return {f"{name}.rms_mm": size for name in report.CHOICES}
@@ -161,7 +161,7 @@ def test_the_slope_in_the_pitch_decides(power, expected):
     ("at_none", "power", "expected"),
     [(1e-13, 1, "reproduced"), (1e-6, 1, "differs"), (1e-13, 2, "differs")],
 )
-def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected):
+def test_cause_claim_needs_zero_error_without_distortion(at_none, power, expected):
     def trial(condition, rng):
         share = condition["share"]
         size = share**power * rng.uniform(0.99, 1.01) if share else at_none
@@ -172,7 +172,7 @@ def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected
     assert verdicts(report.judge_cause, results) == [expected] * 2
 
 
-def test_the_ridge_is_judged_in_four_readings():
+def test_ridge_claim_has_four_readings():
     sizes = {"unknown": 9.0, "known": 0.1, "7 x 7": 1.0, "none": 0.5}
 
     def trial(condition, rng):

@@ -66,7 +66,7 @@ def verdict(judge, **results):
     ("scale", "relation", "small"),
     [(alike, "reproduced", "reproduced"), (growing, "differs", "differs")],
 )
-def test_a_relation_with_distance_is_seen_where_there_is_one(scale, relation, small):
+def test_relation_with_distance_is_detected(scale, relation, small):
     derivative = swept("fig_3_5_derivative", scale)
     saddle = swept("fig_3_5_saddle", with_blur([1.0, 0.1, 1.0]))
     both = {"derivative": derivative, "saddle": saddle}
@@ -74,7 +74,7 @@ def test_a_relation_with_distance_is_seen_where_there_is_one(scale, relation, sm
     assert verdict(report.judge_derivative_small, derivative=derivative) == small
 
 
-def test_images_of_the_same_corners_add_no_certainty():
+def test_repeated_images_of_corners_do_not_narrow_the_interval():
     rng = np.random.default_rng(5)
     corners, images = 60, 8
     distance, best = rng.random(corners), rng.random(corners)
@@ -89,7 +89,7 @@ def test_images_of_the_same_corners_add_no_certainty():
     assert many.high - many.low == pytest.approx(one.high - one.low, rel=1e-6)
 
 
-def test_one_blur_is_judged_by_what_it_costs():
+def test_single_blur_claim_depends_on_its_cost():
     for costs, expected in (
         ([1.0, 0.3, 4.0], ("reproduced", "reproduced")),
         ([1.0, 3.0, 4.0], ("differs", "differs")),
@@ -100,7 +100,7 @@ def test_one_blur_is_judged_by_what_it_costs():
         assert verdict(report.judge_saddle_window, saddle=saddle) == "reproduced"
 
 
-def test_the_best_blur_inside_need_not_be_the_middle():
+def test_best_blur_is_searched_inside_the_sweep():
     flat = np.array([[1.0, 0.2, 0.9, 0.8, 0.1]])
     assert report.best_blur(flat, 5, [2]) == 2
     assert report.best_blur(flat, 5, [1, 2, 3]) == 1
@@ -120,7 +120,7 @@ def test_entropy_is_compared_at_equal_counts():
     assert verdict(report.judge_derivative_dense, derivative=derivative) == "undecided"
 
 
-def test_settings_are_scored_on_corners_that_did_not_choose_them():
+def test_settings_are_scored_on_held_out_corners():
     one = report.Swept(swept("fig_3_5_saddle", with_blur([1.0, 1.0, 1.0])))
     lucky = one.error.reshape(len(one.error), -1).min(axis=1)
     scored = one.scored(report.per_bin(np.mean))
@@ -130,7 +130,7 @@ def test_settings_are_scored_on_corners_that_did_not_choose_them():
     assert np.isin(one.best_blur, BLURS).all()
 
 
-def test_the_basin_ends_where_a_corner_is_left():
+def test_convergence_basin_ends_at_the_first_lost_corner():
     def trial(condition, rng):
         start = condition["start_px"]
         return {
@@ -153,7 +153,7 @@ def test_the_basin_ends_where_a_corner_is_left():
     }
 
 
-def test_distances_are_those_to_the_neighbours():
+def test_distances_are_those_to_neighbours():
     board = SyntheticBoard(square_px=200.0, fov_deg=1.0)
     # A narrow field bends nothing: all neighbours are one square away.
     assert np.allclose(neighbour_distances(board), 200, rtol=1e-3)

@@ -40,7 +40,7 @@ def run(corners=None, contours=(), failures=()):
     )
 
 
-def test_a_run_succeeds_only_if_every_corner_is_within_8_px():
+def test_run_succeeds_if_every_corner_is_within_8_px():
     corners = LATTICE.copy()
     corners[1, 1] += [0, 7.9]
     assert scored(run(corners), LATTICE)["success"]
@@ -69,26 +69,26 @@ def swept(name, successes, means=None):
     )
 
 
-def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
+def test_limit_is_between_last_complete_and_first_lossy_level():
     sweep = swept("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
     assert limit(sweep, "noise_sd") == (10.0, 20.0)
     assert limit(swept("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
 
 
-def test_a_limit_that_is_not_reached_is_the_last_level_and_says_so():
+def test_unreached_limit_is_the_last_level():
     value = bracketed(100.0, np.inf, "grey levels", "first loss")
     assert (value.value, value.interval) == (100.0, (100.0, 100.0))
     assert "not reached" in value.reason
     assert bracketed(-np.inf, 5.0, "deg", "first loss").interval == (0.0, 5.0)
 
 
-def test_a_few_trials_leave_a_share_open():
+def test_few_trials_leave_a_share_undecided():
     few, many = (swept("yaw_deg", {0: [1] * count}) for count in (25, 50))
     assert rate(few, yaw_deg=0).above(0.9) == "undecided"
     assert rate(many, yaw_deg=0).above(0.9) == "holds"
 
 
-def test_blur_hurts_by_losses_or_by_larger_errors():
+def test_blur_limit_counts_losses_and_larger_errors():
     whole = {0: [1, 1], 1: [1, 1], 2: [1, 1], 3: [1, 1]}
     errors = {0: [9, 9], 1: [1, 1], 2: [1.2, 1.2], 3: [1.3, 1.3]}
     assert degrading_blur(swept("blur_px", whole, errors)) == (2.0, 3.0)
@@ -96,15 +96,7 @@ def test_blur_hurts_by_losses_or_by_larger_errors():
     assert degrading_blur(swept("blur_px", lossy, errors)) == (1.0, 2.0)
 
 
-def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
-    rng = np.random.default_rng(3)
-    mean = 0.77
-    lengths = np.hypot(*rng.normal(0, mean / np.sqrt(np.pi / 2), (2, 200000)))
-    assert lengths.std() == pytest.approx(mean * np.sqrt(4 / np.pi - 1), rel=0.01)
-    assert lengths.var() == pytest.approx(0.16, abs=0.005)
-
-
-def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
+def test_primary_smoothing_is_the_first_and_has_no_prefix():
     result = of_columns(({}, {"success": 1.0, "0.7 px.success": 0.0}))
     assert next(iter(SMOOTHINGS)) == PRIMARY
     assert Under(result, PRIMARY).column("success") == [1.0]
@@ -115,7 +107,7 @@ def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
     }
 
 
-def test_a_yaw_counts_only_while_all_before_it_are_sure():
+def test_yaw_limit_requires_all_smaller_yaws():
     sweep = swept("yaw_deg", {0: [1] * 9, 40: [1] * 9, 44: [0] * 9, 48: [1] * 9})
     assert reliable_up_to(sweep, "yaw_deg", 0.9) == 40
     assert reliable_up_to(swept("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
@@ -129,7 +121,7 @@ def grid(**moved):
     return run(corners)
 
 
-def test_a_complete_grid_in_order_has_its_largest_error_however_large():
+def test_complete_ordered_grid_has_its_largest_error():
     assert largest_in_order(grid(c11=[0, 9.5]), LATTICE) == pytest.approx(9.5)
     assert not scored(grid(c11=[0, 9.5]), LATTICE)["success"]
     assert largest_in_order(grid(c11=[0, 10.5]), LATTICE) is None
@@ -145,7 +137,7 @@ def ten_levels(name):
     )
 
 
-def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
+def test_failed_trials_count_as_worst_or_are_excluded():
     results = {f"fig_3_11_{sweep}": ten_levels(name) for sweep, name in SWEEPS.items()}
     readings = {
         r.reading["failed_trials_of_a_level"]: (r.verdict, r.regenerated)
@@ -157,7 +149,7 @@ def test_failed_trials_of_a_level_count_as_the_worst_or_are_left_out():
     }
 
 
-def test_a_level_that_sweeps_share_counts_once():
+def test_level_shared_by_sweeps_counts_once():
     def sweep(levels):
         conditions = [{"x": x, "levels": option} for x, option in levels]
         return of_columns(*((condition, {}) for condition in conditions))
@@ -168,25 +160,28 @@ def test_a_level_that_sweeps_share_counts_once():
     assert found == [0, 1]
 
 
-def test_success_that_does_not_follow_the_square_is_no_rise():
-    def verdicts(right):
-        result = swept("squares_across", right)
-        readings = readings_of(judge_small_square_fail, {"fig_3_11_square": result})
-        return {r.verdict for r in readings}
+@pytest.mark.parametrize(
+    ("right", "verdict"),
+    [
+        ({5: [1], 10: [1], 20: [0], 40: [0]}, "reproduced"),
+        ({5: [0], 10: [1], 20: [0], 40: [1]}, "differs"),
+        ({5: [1], 10: [1], 20: [1], 40: [1]}, "differs"),
+    ],
+)
+def test_success_has_to_rise_with_square_size(right, verdict):
+    results = {"fig_3_11_square": swept("squares_across", right)}
+    found = readings_of(judge_small_square_fail, results)
+    assert {r.verdict for r in found} == {verdict}
 
-    assert verdicts({5: [1], 10: [1], 20: [0], 40: [0]}) == {"reproduced"}
-    assert verdicts({5: [0], 10: [1], 20: [0], 40: [1]}) == {"differs"}
-    assert verdicts({5: [1], 10: [1], 20: [1], 40: [1]}) == {"differs"}
 
-
-def test_gaps_are_those_between_candidates_of_neighbouring_corners():
+def test_gaps_are_between_candidates_of_neighbouring_corners():
     truth = np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 0.0]])
     split = np.array([[-5.0, 0], [5, 0], [25, 0], [35, 0]])
     assert gaps(split, truth)[0] == 20
     assert np.isnan(gaps(split, truth)[1])
 
 
-def test_a_turned_board_loses_corners_that_blur_has_split_not_near_ones():
+def test_rotated_board_loses_corners_split_by_blur():
     """29 px apart, with 19 px for t8: only what stands beside them can be merged."""
     found = merging_trial({"yaw_deg": 40}, None)
     weak = found["0.7 px"]

@@ -14,7 +14,7 @@ CORNERS = np.stack(np.meshgrid(np.arange(9), np.arange(6)), axis=-1).reshape(-1,
 CORNERS = 20.0 * CORNERS + 30.0
 
 
-def test_scores_tell_right_from_wrong():
+def test_score_separates_correct_and_wrong_detections():
     near = Detection(True, CORNERS[::-1] + 0.3, 9, 6)
     assert scored(near, CORNERS, 9, 6)["right"]
     far = near._replace(corners=CORNERS + [1.1, 0])
@@ -24,7 +24,7 @@ def test_scores_tell_right_from_wrong():
 
 
 @pytest.mark.parametrize("name", ["equidistance", "hyperboloid mirror"])
-def test_boards_of_the_zoo_are_drawn_whole_and_found(name):
+def test_zoo_boards_are_complete_and_detected(name):
     assert name in ANIMALS
     board = zoo_board(name, np.random.default_rng(3))
     again = zoo_board(name, np.random.default_rng(3))

@@ -13,7 +13,7 @@ PHASE = 2 * np.pi * (np.arange(240) + 0.5) / 240
 
 
 @pytest.mark.parametrize("gamma", [1.0, 1.4, 2.0, 2.2, 2.6])
-def test_orders_of_a_power_law_have_a_closed_form(gamma):
+def test_power_law_harmonics_match_the_closed_form(gamma):
     a, b = phase_steps.orders(phase_steps.power_law(gamma), 6)
     share = np.hypot(a, b)[1:] / np.hypot(a[1], b[1])
     np.testing.assert_allclose(
@@ -24,7 +24,7 @@ def test_orders_of_a_power_law_have_a_closed_form(gamma):
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 8])
-def test_only_orders_beside_multiples_of_the_steps_move_a_phase(count):
+def test_only_orders_next_to_multiples_of_the_steps_shift_a_phase(count):
     # As many as no order divides; the decoder rounds its weights to 12 digits.
     fine = 2 * np.pi * np.arange(997) / 997
     for order in range(2, 20):
@@ -50,14 +50,14 @@ def test_formula_and_decoder_agree(count):
     np.testing.assert_allclose(decoded, formula, atol=5e-5)
 
 
-def test_the_error_of_four_steps_has_the_sign_of_the_derivation():
+def test_four_step_error_has_the_derived_sign():
     profile = phase_steps.sum_of_orders({1: 1.0, 3: 0.01, 5: 0.004}, {3: 0.002})
     error = phase_steps.formula_error(profile, 4, PHASE)
     first = 0.014 * np.sin(4 * PHASE) + 0.002 * np.cos(4 * PHASE)
     np.testing.assert_allclose(error, first, atol=3e-4)
 
 
-def test_fits_find_the_orders_and_leave_the_rest():
+def test_sinusoid_fit_recovers_harmonics_and_residual():
     profile = phase_steps.sum_of_orders({1: 80.0, 3: 2.0}, {2: 10.0}, 100.0)(PHASE)
     for further, rms in ((0, np.sqrt(52)), (1, np.sqrt(2)), (2, 0.0)):
         fit, misfit, sizes = experiment.fitted(profile, further)
@@ -66,37 +66,37 @@ def test_fits_find_the_orders_and_leave_the_rest():
         np.testing.assert_allclose(fit.mean(), 100)
 
 
-def test_sizes_of_orders_follow_from_misfits():
+def test_harmonic_sizes_follow_from_misfits():
     two, three, rest = experiment.order_sizes()
     assert np.sqrt((two**2 + three**2 + rest**2) / 2) == pytest.approx(9.839)
     assert np.sqrt((three**2 + rest**2) / 2) == pytest.approx(1.309)
 
 
 @pytest.mark.parametrize("slant", [0.0, 1.0])
-def test_slanted_edges_cover_the_share_of_a_pixel(slant):
+def test_slanted_edges_are_area_sampled(slant):
     condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant, "light": "even"}
-    place, picture, inverse, *_ = experiment.bit_images(
+    place, image, inverse, *_ = experiment.bit_images(
         condition, np.random.default_rng(0)
     )
     low, high = experiment.LEVELS_GREY
     # A pixel whose middle is on the lit side is lit by half or more.
-    lit = (picture - low) / (high - low) > 0.5
+    lit = (image - low) / (high - low) > 0.5
     off = np.abs(place - np.rint(place)) * experiment.EDGE_PX
     inner = off > 0.01
     np.testing.assert_array_equal(lit[inner], (np.floor(place) % 2 == 1)[inner])
-    assert np.abs(picture.astype(float) + inverse - low - high).max() <= 1
-    shares = np.unique(picture)
+    assert np.abs(image.astype(float) + inverse - low - high).max() <= 1
+    shares = np.unique(image)
     assert len(shares) == 2 if slant == 0 else len(shares) > 40
 
 
-def test_a_wrong_bit_at_its_edge_costs_one_cell_and_elsewhere_more():
+def test_wrong_gray_bit_costs_one_cell_at_its_edge():
     found = experiment.wrong_bit_trial({"bits": 4}, None)
     assert (found["bits_changed"], found["shift"]) == (1, 1)
     assert found["shift_elsewhere"] == 15
     assert (found["binary_bits_changed"], found["binary_shift"]) == (4, 8)
 
 
-def test_claims_of_appendix_a_can_fail():
+def test_appendix_a_claims_hold_and_fail():
     even = {"formula_rad": 1e-3, "decoder_rad": 1e-3}
     assert _verdict(appendix.judge_even_cancels, "exp_c3_even_cancels", even) == (
         "differs"
@@ -124,7 +124,7 @@ def _imaged(orders_3, noise, one_sine=8.0):
     return {f"{c}.2.2.{k}": v for c in ("linear", "sRGB") for k, v in rms.items()}
 
 
-def test_one_sine_is_judged_by_the_share_of_views():
+def test_single_sine_claim_uses_the_share_of_views():
     values = _imaged([1, 1, 1], 0.1)
     assert _verdict(report.judge_single_sine, "fig_3_9", values) == "reproduced"
     values = _imaged([1, 1, 9], 0.1)
@@ -132,7 +132,7 @@ def test_one_sine_is_judged_by_the_share_of_views():
 
 
 @pytest.mark.parametrize("noise", [0.01, 1.308])
-def test_order_3_is_judged_in_grey_levels_whatever_noise_is_beside_it(noise):
+def test_third_harmonic_claim_is_independent_of_noise(noise):
     def verdicts(orders_3):
         values = _imaged(orders_3, noise)
         found = readings(report.judge_third_marginal, "fig_3_9", values)
@@ -147,7 +147,7 @@ def test_order_3_is_judged_in_grey_levels_whatever_noise_is_beside_it(noise):
     }
 
 
-def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
+def test_bits_are_counted_per_kind_of_edge():
     conditions = [
         {"slant_px": experiment.SLANT_PX[edges], "light": light, "noise_grey": n}
         for edges, light in experiment.EDGES_AND_LIGHT
@@ -173,7 +173,7 @@ def test_bits_are_counted_over_the_levels_of_one_kind_of_edge():
     assert between[0].sum() == 36
 
 
-def test_light_falls_off_as_lens_and_monitor_of_the_rig_have_it():
+def test_light_falls_off_as_the_rig_states():
     light = experiment.light_along(9, "falls off")
     assert light[0] == 1
     # Half a diagonal of 304 x 228 mm is 190 mm, 375 mm away.
@@ -182,7 +182,7 @@ def test_light_falls_off_as_lens_and_monitor_of_the_rig_have_it():
     assert (experiment.light_along(9, "even") == 1).all()
 
 
-def test_an_exact_threshold_has_root_two_more_wrong_bits_than_an_inverse():
+def test_exact_threshold_doubles_the_noise_variance_of_an_inverse():
     condition = {"blur_px": 3, "noise_grey": 8, "slant_px": 1.0, "light": "even"}
     rng = np.random.default_rng(1)
     found = [experiment.bits_trial(condition, rng) for _ in range(12)]

@@ -11,7 +11,7 @@ from tests.made_results import flat, of_seed
 UNSTABLE = "exp_c4_centre_ba_unstable"
 
 
-def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
+def test_stacked_rays_intersect_the_plane_with_correct_sign():
     found = of_seed(experiment.stacked_trial, [{}])
     assert found.column("printed").max() < 1e-12
     assert found.column("on_grid_mm").max() < 1e-7
@@ -23,7 +23,7 @@ def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
     assert verdict(judge, name, values | {"printed": 2.0}) == "differs"
 
 
-def test_closed_form_of_the_distance_and_the_unknowns():
+def test_closed_form_distance_and_number_of_unknowns():
     found = of_seed(schemes.formula_trial, [{}])
     assert found.column("largest_mm")[0] < 1e-11
     counts = of_seed(schemes.unknowns_trial, [{"grids": n} for n in schemes.GRIDS])
@@ -35,7 +35,7 @@ def test_closed_form_of_the_distance_and_the_unknowns():
     assert values["s4_1_4_ray"].value == 2
 
 
-def test_starts_are_forgotten_by_the_consistent_adjustment():
+def test_consistent_adjustment_is_independent_of_the_start():
     found = flat(schemes.starts_trial({"starts": 4}, np.random.default_rng(0)))
     assert found["consistent.spread_over_starts"] < 1e-2
     assert 0.3 < found["consistent.spread_over_draws"] < 1.5
@@ -54,7 +54,7 @@ def judged(**values):
     return {tuple(r.reading.values()): r.verdict for r in found}
 
 
-def test_a_freed_centre_is_unstable_by_costs_or_by_places():
+def test_free_centre_claim_uses_costs_and_positions():
     calm = {
         "above_best": np.zeros(20),
         "spread_over_starts": np.ones(20),

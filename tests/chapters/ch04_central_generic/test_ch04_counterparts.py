@@ -102,7 +102,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("claim", BROKEN)
-def test_a_claim_by_seed_holds_and_fails(claim):
+def test_claim_by_run_holds_and_fails(claim):
     holding = readings_of(JUDGES[claim], made(OMNI, FISH))
     assert {one.verdict for one in holding} == {"reproduced"}
     assert {one.reading["decoding_noise"] for one in holding} == {
@@ -112,7 +112,7 @@ def test_a_claim_by_seed_holds_and_fails(claim):
     assert failing[0].verdict == "differs"
 
 
-def test_the_primary_reading_is_that_of_the_bench():
+def test_primary_reading_uses_the_thesis_matched_noise():
     results = made(OMNI, FISH)
     laboratory = results["table_4_3_redrawn"]
     poor = at_every_noise(OMNI, laboratory=BROKEN["c4_omni_order_mag"][0])
@@ -166,7 +166,7 @@ NAMES = {"as_printed": "printed", "well_conditioned": "conditioned", "cgsp": "cg
 
 
 def renamed(values):
-    """Values by the names that the trials of corrected pictures have for methods."""
+    """Values by the names that the trials of corrected images have for methods."""
     return {
         ".".join([NAMES[name.split(".")[0]], *name.split(".")[1:]]): value
         for name, value in values.items()
@@ -174,7 +174,7 @@ def renamed(values):
 
 
 def trials(right):
-    """Both experiments of corrected pictures, every trial alike."""
+    """Both experiments of corrected images, every trial alike."""
     result = of_columns(
         *(
             (
@@ -187,7 +187,7 @@ def trials(right):
     return {"fig_4_9_boards": result, "fig_4_7_lines": result}
 
 
-def test_every_claim_that_is_read_at_several_noises_is_here():
+def test_every_claim_with_noise_readings_is_tested():
     judged = {
         name
         for name, (_, mark) in MARKS.items()
@@ -197,7 +197,7 @@ def test_every_claim_that_is_read_at_several_noises_is_here():
 
 
 @pytest.mark.parametrize("claim", WRONG)
-def test_a_claim_about_corrected_pictures_holds_and_fails(claim):
+def test_corrected_image_claim_holds_and_fails(claim):
     right = {name: renamed(one) for name, one in RIGHT.items()}
     holding = readings_of(JUDGES[claim], trials(right))
     assert {one.verdict for one in holding} == {"reproduced"}
@@ -210,7 +210,7 @@ def test_a_claim_about_corrected_pictures_holds_and_fails(claim):
 @pytest.mark.parametrize(
     ("below", "outcome"), [(0, "reproduced"), (2, "undecided"), (12, "differs")]
 )
-def test_a_caustic_bounds_the_scatter_from_below(below, outcome):
+def test_caustic_claim_bounds_the_scatter_from_below(below, outcome):
     scatter = np.where(np.arange(50) < below, 0.19, 0.7)
     found = {"scatter_mm": scatter, "caustic_mm": np.full(50, 0.2)}
     assert verdict(JUDGES["c4_caustic_floor"], "exp_c4_caustic_floor", found) == outcome

@@ -27,7 +27,7 @@ def verdicts(judge, experiment, *made):
 
 
 @pytest.mark.parametrize("name", experiment.CAMERAS)
-def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
+def test_rays_of_every_camera_meet_in_its_centre(name):
     rng = np.random.default_rng(0)
     origins, directions = experiment.camera_of(name)(rng)
     off = np.cross(directions, origins - wide_angle.CENTRE_MM)
@@ -37,7 +37,7 @@ def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
     assert experiment.image_trial({"camera": name}, rng)["residual"] < 1e-11
 
 
-def test_a_camera_without_distortion_is_interpolated_exactly():
+def test_camera_without_distortion_is_interpolated_exactly():
     pixels = np.random.default_rng(1).integers(150, 490, (500, 2))
     T = np.eye(4)[None]
     for k1, bound in ((0.0, 1e-9), (-0.1, 1.0)):
@@ -49,7 +49,7 @@ def test_a_camera_without_distortion_is_interpolated_exactly():
     assert gap.max() > 0.01
 
 
-def test_the_claims_of_4_1_1_can_fail():
+def test_claims_of_4_1_1_hold_and_fail():
     exact = [
         ({"camera": name}, {"CGSP": [1e-9], "CGSP circle": [1e-9]})
         for name in experiment.CAMERAS
@@ -74,7 +74,7 @@ def test_the_claims_of_4_1_1_can_fail():
 # 4.1.2
 
 
-def test_four_rays_have_full_rank_and_three_have_not():
+def test_four_rays_have_full_rank_and_three_do_not():
     rng = np.random.default_rng(2)
     four, three = (linear.minimal_trial({"rays": n}, rng) for n in (4, 3))
     assert (four["rank"], three["rank"]) == (8, 6)
@@ -83,7 +83,7 @@ def test_four_rays_have_full_rank_and_three_have_not():
     assert linear.parameters_trial({}, rng)["determined"] == 15
 
 
-def test_the_plain_svd_gives_the_homography_of_the_library():
+def test_plain_svd_gives_the_homography_of_the_library():
     sight = wide_angle.draw_scene(
         wide_angle.radial_lens(), 0.5, np.random.default_rng(6), grids=2
     )
@@ -98,7 +98,7 @@ def _unit(H):
     return H / H[2, 2]
 
 
-def test_the_claims_of_4_1_2_can_fail():
+def test_claims_of_4_1_2_hold_and_fail():
     spread = np.linspace(0.99, 1.01, 60)
     values = {"clean_mm": spread, "ransac_mm": 1.05 * spread}
     judge, name = s1_2_claims.judge_ransac, "exp_c4_ransac_h"

@@ -14,14 +14,14 @@ STRAIGHT = experiment.Setup(np.eye(3), np.zeros(3))
 
 
 def exact_rays(name):
-    """Rays of a central camera in the mirror's focus, one set for each picture."""
+    """Rays of a central camera in the mirror's focus, one set for each image."""
     poses = experiment.target_poses(name, STRAIGHT)
     seen = np.stack([np.concatenate(experiment.corners_of(T)) for T in poses])
     seen = seen - experiment.CENTRE_MM
     return seen / np.linalg.norm(seen, axis=2, keepdims=True), poses
 
 
-def test_exact_rays_give_the_motion_of_the_stage():
+def test_exact_rays_recover_the_stage_motion():
     rays, _ = exact_rays("translation")
     found = experiment.scored("translation", rays)
     assert found["deviation_mm"] < 1e-6
@@ -33,7 +33,7 @@ def test_exact_rays_give_the_motion_of_the_stage():
     np.testing.assert_allclose(found["turned"], 10 * np.arange(1, 12), atol=1e-6)
 
 
-def test_one_board_alone_leaves_the_motion_open():
+def test_one_board_leaves_the_motion_undetermined():
     rays, _ = exact_rays("translation")
     count = experiment.BOARDS[0].columns * experiment.BOARDS[0].rows
     found = experiment.scored("translation", rays[:, :count])
@@ -52,7 +52,7 @@ def decoding(sd_mm):
     )
 
 
-def test_calibrations_give_the_poses_of_the_grids_and_rays_to_the_corners():
+def test_calibrations_recover_grid_poses_and_rays():
     rng = np.random.default_rng(1)
     grids = experiment.drawn_grids(decoding(0.01), rng)
     true = inverse_pose(grids.T_camera_grid[0]) @ grids.T_camera_grid
@@ -75,7 +75,7 @@ def test_calibrations_give_the_poses_of_the_grids_and_rays_to_the_corners():
         assert np.median(angle) < 1.0
 
 
-def test_claims_are_judged_both_ways():
+def test_motion_claims_hold_and_fail():
     rng = np.random.default_rng(3)
     for factor, verdict in ((2.0, "reproduced"), (0.5, "differs")):
         values = {}

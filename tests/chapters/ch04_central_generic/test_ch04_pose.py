@@ -20,7 +20,7 @@ from tests.made_results import flat, of_columns, of_seed
 PRIMARY = {"domain": "px", "rays": "exact", "unit": "angle"}
 
 
-def test_almost_without_noise_every_estimator_is_right():
+def test_every_estimator_is_exact_without_noise():
     condition = PRIMARY | {"noise": 1e-4}
     found = page.noise_trial(condition, np.random.default_rng(0))
     assert list(found) == ["three_points", "standard", "cgsp", "cgsp_ransac", "angular"]
@@ -29,13 +29,13 @@ def test_almost_without_noise_every_estimator_is_right():
         assert errors["translation_mm"] < 1e-2
 
 
-def test_a_refused_pose_says_why():
+def test_rejected_pose_reports_its_code():
     rays = np.tile([[0.0, 0.0, 1.0]], (10, 1))
     found = all_estimates(rays, np.ones((10, 2)), np.random.default_rng(0), 1.0)
     assert set(found.values()) == {"bad-input", "no-pose"}
 
 
-def test_planes_are_judged_both_ways():
+def test_plane_claims_hold_and_fail():
     exact = flat(plane_trial({"noise": 0.0}, np.random.default_rng(1)))
     judge = claims.judge_free
     assert readings(judge, "exp_c4_plane_free", exact)[0].verdict == "reproduced"
@@ -59,7 +59,7 @@ def test_planes_are_judged_both_ways():
         assert [r.verdict for r in found] == [verdict] * 2
 
 
-def test_samples_are_judged_both_ways():
+def test_sampling_claims_hold_and_fail():
     counts = {f"{kind}.without": [9] * 100 for kind in experiment.APART}
     judge = claims.judge_no_solution
     name = "exp_c4_3pt_no_solution"
@@ -80,7 +80,7 @@ def test_samples_are_judged_both_ways():
         assert found[0].verdict == verdict
 
 
-def test_the_linear_pose_solves_one_system_and_refinement_several():
+def test_linear_pose_solves_one_system_and_refinement_several():
     found = [
         flat(experiment.solves_trial({"points": count}, np.random.default_rng(count)))
         for count in (40, 900)
@@ -101,7 +101,7 @@ def test_the_linear_pose_solves_one_system_and_refinement_several():
         ({"three_points.polynomials": [1] * 60}, ["reproduced", "differs"]),
     ],
 )
-def test_fast_means_one_system_and_no_iteration(change, verdicts):
+def test_fast_claim_requires_one_system_without_iteration(change, verdicts):
     values = {
         "linear.systems": [1] * 60,
         "linear.calls": [7] * 60,
@@ -113,7 +113,7 @@ def test_fast_means_one_system_and_no_iteration(change, verdicts):
     assert [r.verdict for r in found] == verdicts
 
 
-def test_what_numpy_solves_is_counted_and_its_solvers_come_back():
+def test_counted_solvers_are_restored():
     before = np.linalg.solve
     with experiment.counted() as solved:
         np.linalg.solve(np.eye(2), np.ones(2))
@@ -143,7 +143,7 @@ def scenes(sizes):
         ((3.0, 3.0, 4.0, 1.0), "reproduced", "reproduced", "differs"),
     ],
 )
-def test_table_4_1_is_judged_both_ways(sizes, order, needed, well):
+def test_table_4_1_claims_hold_and_fail(sizes, order, needed, well):
     names = ("standard", "three_points", "cgsp", "cgsp_ransac")
     results = scenes(dict(zip(names, sizes, strict=True)))
     for judge, verdict in (
@@ -154,7 +154,7 @@ def test_table_4_1_is_judged_both_ways(sizes, order, needed, well):
         assert readings_of(judge, results)[0].verdict == verdict
 
 
-def test_a_smaller_grid_farther_off_is_harder():
+def test_smaller_distant_grid_is_harder():
     found = of_seed(size_trial)
     judge = claims.judge_real_larger
     rng = np.random.default_rng(6)
@@ -169,7 +169,7 @@ def test_a_smaller_grid_farther_off_is_harder():
 
 
 @pytest.mark.parametrize("shift", [(3.0, 0, 0), (0, 3.0, 0), (0, 0, 3.0), (2, 1, -2)])
-def test_the_error_of_a_shift_is_its_length_in_any_direction(shift):
+def test_translation_error_is_its_length_in_any_direction(shift):
     true = pose(rotation_from_vector([0.1, 0.2, -0.3]), [10.0, 20.0, 500.0])
     found = pose(true[:3, :3], true[:3, 3] + shift)
     errors = errors_of(found, true)

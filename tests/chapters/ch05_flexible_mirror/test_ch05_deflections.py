@@ -6,20 +6,12 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims, report
 from chapters.shared.mirror.levels import BENCHES, FIRST, LEVEL, SWEPT
 from repro.run.outcomes import NOT_COMPARABLE
-from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of, verdicts
-from tests.made_results import ROOT, of_columns
+from tests.made_results import of_levels
 
-SEEDS, ENOUGH, LOST = 40, 80, 5
-
-
-def lattice():
-    """Places (N, 2) over the whole sheet."""
-    along, across = np.meshgrid(np.linspace(0, 1, 16), np.linspace(0, 1, 11))
-    return np.column_stack([along.ravel(), across.ravel()])
-
-
-SHEET = lattice()
+SEEDS, SEEDS_FOR_95_PERCENT, LOST = 40, 80, 5
+# Positions (N, 2) over the whole sheet.
+SHEET = np.indices((11, 16)).reshape(2, -1)[::-1].T / [15.0, 10.0]
 OUTWARDS = np.maximum(SHEET[:, 0], 1.6 * np.abs(SHEET[:, 1] - 0.5))
 TRUE = {"shift_mm": 100.2, "turn_deg": 0.1, "measured_deg": 0.2, "angle_deg": 0.2,
         "anew_measured_deg": 0.2, "swing_deg": 1.0, "deflection_mm": 4.9,
@@ -59,20 +51,20 @@ def of_bench(bench, seeds, other, places=True, lost=0, kept=KEPT):
 
 
 def made(other=None, swept=None, seeds=SEEDS, places=True, at=None, **lost):
-    """The results of all experiments, with what is otherwise at each kind of level;
-    at: {level: what is otherwise there}."""
-    results = {}
-    for name, benches, count, changed, gone in (
-        (report.RUNS, BENCHES, seeds, other or {}, lost),
-        (report.LONGER, {LEVEL}, seeds, other or {}, {}),
-        (report.SWEPT_RUNS, SWEPT, 4, swept or other or {}, {}),
-    ):
-        columns = {}
-        for bench in benches:
-            here = (at or {}).get(bench, changed)
-            columns |= of_bench(bench, count, here, places, **gone)
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
+    """Results of all experiments; other, swept: changed values of all levels and of
+    those of the sweep; at: {level: changed values}."""
+
+    def of(count, changed, **gone):
+        return lambda level: of_bench(
+            level, count, (at or {}).get(level, changed), places, **gone
+        )
+
+    other = other or {}
+    return of_levels(
+        (report.RUNS, BENCHES, of(seeds, other, **lost)),
+        (report.LONGER, {LEVEL}, of(seeds, other)),
+        (report.SWEPT_RUNS, SWEPT, of(4, swept or other)),
+    )
 
 
 FALSE = {
@@ -91,9 +83,8 @@ BY_PLACE = (claims.judge_angles_by_place, claims.judge_edges)
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
-    # A share of 95 % needs more runs than one of 90 %.
-    seeds = ENOUGH if judge is claims.judge_underestimate else SEEDS
+def test_deflection_claim_holds_fails_and_is_undecided(judge):
+    seeds = SEEDS_FOR_95_PERCENT if judge is claims.judge_underestimate else SEEDS
     size = {"seeds": seeds, "places": judge in BY_PLACE}
     assert verdicts(judge, made(**size)) == SAME
     for other in FALSE[judge]:
@@ -105,7 +96,7 @@ def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
             assert found == ("undecided", {"reproduced"})
 
 
-def test_a_verdict_that_differs_among_the_levels_is_open_and_names_all_three():
+def test_verdict_that_differs_between_levels_is_undecided():
     results = made(at={FIRST: {(2, "deflection_mm"): 4.4}}, places=False)
     found = readings_of(claims.judge_deflections, results)
     assert found[0].verdict == "undecided"
@@ -125,16 +116,14 @@ def test_a_verdict_that_differs_among_the_levels_is_open_and_names_all_three():
         ({(3, "turn_deg"): 0.41}, "differs"),
     ],
 )
-def test_the_monitor_s_travel_is_put_in_at_the_second_level_and_judged_elsewhere(
-    other, verdict
-):
+def test_monitor_travel_is_not_comparable_at_the_second_level(other, verdict):
     # Rejected seeds have the monitor's travel too.
     found = readings_of(claims.judge_pose_reflection, made(other, lost=LOST))
     assert [r.verdict for r in found] == [NOT_COMPARABLE, verdict, verdict]
     assert f"of {SEEDS} seeds" in found[1].reason
 
 
-def test_how_far_linear_estimates_lie_below_is_told_of_both_rigs_and_not_judged():
+def test_linear_range_is_reported_for_both_rigs_without_verdict():
     results = made({(1, "linear_mm"): 4.5}, places=False)
     results[report.OTHER] = made({(3, "linear_mm"): 2.0}, places=False)[report.RUNS]
     (found,) = readings_of(claims.judge_linear_range, results)
@@ -143,14 +132,15 @@ def test_how_far_linear_estimates_lie_below_is_told_of_both_rigs_and_not_judged(
     assert "B 38.8, 38.8, 59.2 % (" in found.regenerated
 
 
-def test_the_grids_of_stage_0_are_the_primary_s_own_or_placed_anew():
+def test_primary_grids_are_its_own_or_placed_anew():
     results = made({(0, "measured_deg"): 0.1}, places=False)
-    found = readings_of(claims.judge_angles, results)
-    verdicts = {one.reading["primary_grids"]: one.verdict for one in found}
-    assert verdicts == {"the primary's own": "differs", "measured anew": "reproduced"}
+    assert {
+        one.reading["primary_grids"]: one.verdict
+        for one in readings_of(claims.judge_angles, results)
+    } == {"the primary's own": "differs", "measured anew": "reproduced"}
 
 
-def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
+def test_swinging_end_ends_the_run_in_one_reading():
     results = made(at={LEVEL: {(2, "swing_deg"): 6.0}}, places=False)
     for option, lost in (
         ("as published", [False, False, False]),
@@ -166,7 +156,7 @@ def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
         assert ("rejected" in one.reading.values()) == (one.verdict == "undecided")
 
 
-def test_seeds_that_were_rejected_do_not_count_and_are_told():
+def test_rejected_runs_are_excluded_and_reported():
     results = made(lost=LOST)
     for judge in FALSE.keys() - {claims.judge_underestimate}:
         # Medians bear an eighth of failures.
@@ -185,14 +175,14 @@ def test_seeds_that_were_rejected_do_not_count_and_are_told():
     [(KEPT, "11 of 264 stages have no linear estimate, which as misses give: differs"),
      ((*KEPT, "linear_mm"), "; 0 of 264 stages have no linear estimate")],
 )  # fmt: skip
-def test_linear_stages_count_also_where_the_stage_was_rejected_after_them(kept, told):
+def test_linear_stages_count_before_a_rejection(kept, told):
     results = made(seeds=88, places=False, lost=11, kept=kept)
     primary = readings_of(claims.judge_underestimate, results)[0]
     assert primary.verdict == "reproduced"
     assert told in primary.reason
 
 
-def test_a_level_at_which_every_seed_was_rejected_is_open():
+def test_level_without_runs_is_undecided():
     results = made(at={LEVEL: NONE})
     for judge in FALSE.keys() - {claims.judge_underestimate}:
         found = readings_of(judge, results)
@@ -201,7 +191,7 @@ def test_a_level_at_which_every_seed_was_rejected_is_open():
         assert [r.verdict for r in found[-2:]] == ["reproduced"] * 2
 
 
-def test_strips_are_along_one_clamped_and_three_free_edges():
+def test_strips_lie_along_one_clamped_and_three_free_edges():
     sheet = np.array([[0.1, 0.05], [0.5, 0.5], [0.95, 0.5], [0.5, 0.1], [0.5, 0.9]])
     clamped, free = claims.of_strips(sheet)
     assert clamped.tolist() == [True, False, False, False, False]
@@ -210,7 +200,7 @@ def test_strips_are_along_one_clamped_and_three_free_edges():
     assert means == pytest.approx([1.0, 13 / 4, 5.0])
 
 
-def test_errors_of_one_size_have_no_excess_at_the_edges():
+def test_uniform_errors_have_no_excess_at_edges():
     rng = np.random.default_rng(2)
     p = [
         claims.edge_excess(rng.normal(size=(len(SHEET), 2)), SHEET)[1]
@@ -220,10 +210,6 @@ def test_errors_of_one_size_have_no_excess_at_the_edges():
     assert claims.edge_excess(np.ones((4, 2)), np.full((4, 2), 0.5)) == (1.0, 1.0)
 
 
-def test_linear_estimates_are_larger_with_a_nearer_camera():
+def test_nearer_camera_gives_larger_linear_estimates():
     assert report.camera_mm("B") < report.camera_mm("A")
     assert report.by_formula("B") > report.by_formula("A")
-
-
-def test_exercises_are_judged_rightly():
-    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_deflections") == []

@@ -9,9 +9,8 @@ from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry.homography import apply_homography
 from raxel.multiview.plane_points import circle_outline, points_on_plane
-from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, verdicts
-from tests.made_results import ROOT, of_columns
+from tests.made_results import of_levels
 
 SEEDS, LOST = 40, 5
 ANGLES = 2 * np.pi * np.arange(experiment.PLACES) / experiment.PLACES
@@ -26,18 +25,23 @@ TRUE = {"radius_mm": 87.0, "residual_mm": 0.2, "angle_deg": 0.2}
 FACE = {"raw_px": 20.0, "corrected_px": 2.0}
 
 
-def of_bench(bench, seeds, other, common=False):
-    """Columns of a bench: true of all claims but for {(stage, name): value}."""
-    rng, out = np.random.default_rng(5), {}
+def of_bench(bench, seeds, other, lost=0):
+    """Columns of a bench: true of all claims but for {(stage, name): value}; lost:
+    seeds that were rejected at the last stage."""
+    rng = np.random.default_rng(5)
+    out = {f"{bench}.refused": ["stage 3"] * lost + [None] * (seeds - lost)}
 
     def near(value):
         return value * (1 + 1e-5 * rng.standard_normal(seeds))
 
     for stage in report.STAGES:
-        at = f"{bench}.published.stage{stage}"
-        for name, value in TRUE.items():
-            out[f"{at}.{name}"] = near(other.get((stage, name), value))
-        out[f"{at}.profile"] = [profile(stage, common)] * seeds
+        gone = lost if stage == report.LAST else 0
+        columns = {n: near(other.get((stage, n), v)) for n, v in TRUE.items()}
+        columns["profile"] = [profile(stage, "common" in other)] * seeds
+        for name, column in columns.items():
+            out[f"{bench}.published.stage{stage}.{name}"] = [None] * gone + list(
+                column[gone:]
+            )
         conic = other.get((stage, "conic_px"), 2.0 + stage)
         for name in ("conic_px", "conic_no_lens_px"):
             out[f"{bench}.picture.stage{stage}.{name}"] = near(conic)
@@ -47,18 +51,18 @@ def of_bench(bench, seeds, other, common=False):
     return out
 
 
-def made(other=None, swept=None, seeds=SEEDS):
-    """The results of both experiments, with what is otherwise at each kind of bench."""
-    results = {}
-    for name, benches, count, changed in (
-        (report.RUNS, BENCHES, seeds, other or {}),
-        (report.SWEPT_RUNS, SWEPT, 4, swept or other or {}),
-    ):
-        columns = {}
-        for bench in benches:
-            columns |= of_bench(bench, count, changed, "common" in changed)
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
+def made(other=None, swept=None, lost=0, swept_lost=0):
+    """The results of both experiments; other, swept: changed values of all levels, and
+    of those of the sweep."""
+    other = other or {}
+    return of_levels(
+        (report.RUNS, BENCHES, lambda level: of_bench(level, SEEDS, other, lost)),
+        (
+            report.SWEPT_RUNS,
+            SWEPT,
+            lambda level: of_bench(level, 4, swept or other, swept_lost),
+        ),
+    )
 
 
 FALSE = {
@@ -76,7 +80,7 @@ def flat_mirror(monkeypatch):
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+def test_distortion_claim_holds_fails_and_is_undecided(judge):
     assert verdicts(judge, made()) == ("reproduced", {"reproduced"})
     for other in FALSE[judge]:
         assert verdicts(judge, made(other)) == ("differs", {"differs"})
@@ -84,56 +88,25 @@ def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
         assert found == ("undecided", {"reproduced"})
 
 
-def without(values, lost):
-    """A column whose first seeds have no value."""
-    column = np.empty(len(values), object)
-    column[:] = list(values)
-    column[:lost] = None
-    return column
-
-
-def test_seeds_that_were_rejected_do_not_count_and_are_told():
-    results = whole_results(lost=LOST)
+def test_rejected_runs_are_excluded_and_reported():
+    results = made(lost=LOST)
     for judge, missed in (
         (claims.judge_radius, "undecided"),
         (claims.judge_system, "undecided"),
         (claims.judge_growth, "reproduced"),
     ):
         assert of_rejected(judge, results) == {("reproduced", "5 of 40", missed)}
-    found = report.CircleRuns(results)
-    assert np.isnan(report.alike(found)).sum() == LOST
+    assert np.isnan(report.alike(report.CircleRuns(results))).sum() == LOST
 
 
-def whole_results(lost=0, at_ends=0):
-    """The results of all experiments, so many of each level's seeds rejected at the
-    last stage, and so many of those at the ends of the sweep."""
-    results = {}
-    for name, benches, seeds, gone in (
-        (report.RUNS, BENCHES, SEEDS, lost),
-        (report.SWEPT_RUNS, SWEPT, 4, at_ends),
-    ):
-        columns = {}
-        for bench in benches:
-            columns |= of_bench(bench, seeds, {})
-            for measure in (*TRUE, "profile"):
-                at = f"{bench}.published.stage{report.LAST}.{measure}"
-                columns[at] = without(columns[at], gone)
-            said = [
-                f"stage 3: {seed}" if seed < gone else None for seed in range(seeds)
-            ]
-            columns[f"{bench}.refused"] = said
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
-
-
-def test_an_end_at_which_every_seed_was_rejected_is_on_no_side():
+def test_sweep_end_without_runs_leaves_the_claim_undecided():
     for judge in (claims.judge_growth, claims.judge_radius):
-        found = verdicts(judge, whole_results(at_ends=4))
+        found = verdicts(judge, made(swept_lost=4))
         assert found == ("undecided", {"reproduced"})
 
 
-def test_tables_and_numbers_stand_without_a_seed_that_came_through():
-    results = whole_results(lost=SEEDS)
+def test_table_5_6_is_complete_without_runs():
+    results = made(lost=SEEDS)
     table = report.table_5_6(results).columns
     last = [s == report.LAST for s in table["Stage"]].index(True)
     assert (table["Runs"][last], table["Radius (mm)"][last]) == (0, None)
@@ -141,16 +114,16 @@ def test_tables_and_numbers_stand_without_a_seed_that_came_through():
     assert numbers["t5_6_s3_radius"].value == "nothing"
     assert "40 of 40 runs" in numbers["t5_6_s3_radius"].reason
     assert numbers["t5_6_s0_radius"].value == pytest.approx(87.0, abs=0.01)
-    blind = report.ext_circle_blind(whole_results(lost=LOST)).data
+    blind = report.ext_circle_blind(made(lost=LOST)).data
     assert set(blind["mirror"]) == {"true mirror", "stage by stage"}
 
 
-def test_a_flat_mirror_that_bends_a_conic_fails_the_claim(monkeypatch):
+def test_conic_claim_fails_if_a_flat_mirror_bends_conics(monkeypatch):
     monkeypatch.setattr(claims, "conic_of_flat_mirror", lambda: 1e-3)
     assert verdicts(claims.judge_conic, made()) == ("differs", {"differs"})
 
 
-def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
+def test_ring_is_outlined_by_its_inner_and_outer_edge():
     rig = mirror_rig("A")
     camera, T = rig.camera(10.0, 21.0, 3), experiment.held(rig, 10.0, 3)
     ring = experiment.ring_on(rig.board)
@@ -167,7 +140,7 @@ def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
         outwards = (farther - apart)[seen] * scale[seen]
         np.testing.assert_allclose(outwards, 0.5, rtol=0.02)
         edges.append(pixels)
-    # The middle between both edges, of the picture and of the board, is the circle.
+    # The middle between both edges, of the image and of the board, is the circle.
     both = experiment.RingEdges(np.array(edges), None)
     in_picture = points_on_plane(camera, np.mean(edges, axis=0), T).points
     for points, most in (
@@ -190,7 +163,7 @@ def exact_sight(rig, camera, deflection):
     return experiment.RingSight(T, corners, line)
 
 
-def test_exact_rays_have_an_exact_circle_and_those_of_another_stage_have_none():
+def test_exact_rays_give_an_exact_circle_and_wrong_rays_do_not():
     rig = mirror_rig("A")
     true, other = rig.camera(5.0, 21.0, 3), rig.camera(6.0, 21.0, 3)
     sight = exact_sight(rig, true, 5.0)
@@ -206,7 +179,7 @@ def test_exact_rays_have_an_exact_circle_and_those_of_another_stage_have_none():
     assert abs(own - experiment.RADIUS_MM) < 0.5 * abs(placed - experiment.RADIUS_MM)
 
 
-def test_a_circle_that_is_hardly_seen_is_refused():
+def test_circle_with_few_visible_points_is_rejected():
     rig = mirror_rig("A")
     camera = rig.camera(0.0)
     sight = exact_sight(rig, camera, 0.0)
@@ -216,7 +189,7 @@ def test_a_circle_that_is_hardly_seen_is_refused():
         experiment.on_board(rig, camera, sight._replace(line=line))
 
 
-def test_wider_pixels_see_along_the_same_rays():
+def test_wider_pixels_have_the_same_rays():
     rig = mirror_rig("A")
     camera = rig.camera(5.0)
     coarse = experiment.with_wider_pixels(rig, 4).camera(5.0)
@@ -228,7 +201,7 @@ def test_wider_pixels_see_along_the_same_rays():
     np.testing.assert_allclose(wide.directions, fine.directions, atol=1e-12)
 
 
-def test_a_homography_is_no_distortion_and_a_bend_is():
+def test_homography_is_not_measured_as_distortion():
     places = np.random.default_rng(2).uniform(0, 100, (20, 2))
     H = np.array([[1.1, 0.1, 3], [-0.1, 0.9, 5], [1e-3, 2e-3, 1]])
     assert experiment.off_homography(places, apply_homography(H, places)) < 1e-6
@@ -236,13 +209,9 @@ def test_a_homography_is_no_distortion_and_a_bend_is():
     assert experiment.off_homography(places, bent) > 0.1
 
 
-def test_a_circle_is_exact_on_its_plane_and_a_flat_mirror_makes_a_conic(monkeypatch):
+def test_exact_circle_stays_a_conic_in_a_flat_mirror(monkeypatch):
     monkeypatch.setattr(report, "STAGES_MM", (15.0,))
     report.exact_radii.cache_clear()
     assert claims.judge_exact({}).verdict == "reproduced"
     report.exact_radii.cache_clear()
     assert report.conic_of_flat_mirror() < claims.EXACT_PX
-
-
-def test_exercises_are_judged_rightly():
-    assert misjudged(ROOT, "ch05_flexible_mirror/s3_4_distortion") == []

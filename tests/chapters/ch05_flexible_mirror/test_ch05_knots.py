@@ -43,11 +43,11 @@ def knotted(borne=(10.0, 5.0, 2.5, 1.0), errors=(0.1, 0.05, 0.02, 0.01), lost=0)
         ({"errors": (0.1, 0.05, 0.02, np.nan)}, "differs"),
     ],
 )
-def test_knots_have_to_cost_steps_and_to_come_nearer(other, verdict):
+def test_knot_tradeoff_claim_holds_and_fails(other, verdict):
     assert judge_knot_tradeoff(knotted(**other)).verdict == verdict
 
 
-def test_a_step_is_borne_where_nine_of_ten_seeds_are_near():
+def test_largest_step_needs_nine_of_ten_runs():
     found = knotted(lost=2)[KNOTS]
     assert [largest_step(found, shape) for shape in experiment.SHAPES] == [
         10,
@@ -84,11 +84,11 @@ def relieved(rise=3.0, left=1.4, spread=0.02, lost=0):
         ({"lost": 15}, "undecided"),
     ],
 )
-def test_more_functions_have_to_take_half_of_what_relief_adds(other, verdict):
+def test_high_order_claim_holds_fails_and_is_undecided(other, verdict):
     assert judge_high_order(relieved(**other)).verdict == verdict
 
 
-def test_what_is_taken_away_is_told_of_the_rise():
+def test_removed_share_is_relative_to_the_rise():
     made = relieved(rise=3.0, left=1.5, spread=1e-6)["exp_c5_high_order"]
     rise, removed = rise_by_relief(made.select(geometry="A"))
     # The rise is 2, and 1.0 of it is left: 1.5 less the smooth mirror's 0.5.

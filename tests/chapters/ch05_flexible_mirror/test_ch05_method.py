@@ -13,11 +13,10 @@ from chapters.ch05_flexible_mirror.s2_method.report import (
     transitions,
 )
 from chapters.shared.mirror.levels import BENCHES, SAID, SWEPT
-from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of
-from tests.made_results import ROOT, of_columns
+from tests.made_results import of_columns, of_levels
 
-SEEDS, FEWER = 100, 20
+SEEDS = 100
 ENDED = {"cost_mm2": 40.0, "deflection_mm": 4.9}
 
 
@@ -33,56 +32,60 @@ def columns(bench, seeds, other):
     return made
 
 
-def made(other=None, at_ends=None):
-    """Results with something else in some seeds, at all benches or at one's ends."""
-    plans = ((STARTS, BENCHES, SEEDS, {}), (STARTS_SWEPT, SWEPT, FEWER, at_ends or {}))
-    results = {}
-    for experiment, benches, seeds, ends in plans:
-        values = {}
-        for bench in benches:
-            values |= columns(bench, seeds, ends.get(bench, other or {}))
-        results[experiment] = of_columns(({"geometry": "A"}, values))
-    return results
+def made(other, swept=None):
+    """Results with other values in some runs; swept: {level: those of the sweep}."""
+    swept = swept or {}
+    return of_levels(
+        (STARTS, BENCHES, lambda level: columns(level, SEEDS, other)),
+        (
+            STARTS_SWEPT,
+            SWEPT,
+            lambda level: columns(level, 20, swept.get(level, other)),
+        ),
+    )
 
 
-def verdicts(results):
-    found = readings_of(judge_linear_enough, results)
+def linear(name, value, count=SEEDS):
+    """The value of the linear start in so many runs."""
+    return {f"linear.{name}": (value, count)}
+
+
+@pytest.mark.parametrize(
+    ("other", "swept", "expected"),
+    [
+        ({}, {}, "reproduced"),
+        *(
+            (linear(n, f * v), {}, "differs")
+            for n, v in ENDED.items()
+            for f in (0.98, 1.02)
+        ),
+        *(
+            (linear(n, f * v), {}, "reproduced")
+            for n, v in ENDED.items()
+            for f in (0.993, 1.007)
+        ),
+        (linear("cost_mm2", 99.0, 3), {}, "undecided"),
+        *(({}, {end: linear("cost_mm2", 99.0, 1)}, "reproduced") for end in SWEPT),
+        *(
+            ({}, {end: linear("cost_mm2", value, n)}, "undecided in the first")
+            for end in SWEPT
+            for value, n in ((99.0, 2), (np.nan, 20))
+        ),
+    ],
+)
+def test_linear_start_verdict(other, swept, expected):
+    found = readings_of(judge_linear_enough, made(other, swept))
     assert [one.reading["mirror_bench"] for one in found] == list(SAID.values())
-    return [one.verdict for one in found]
-
-
-def test_equal_ends_are_reproduced():
-    assert verdicts(made()) == ["reproduced"] * 3
-
-
-@pytest.mark.parametrize("name", ENDED)
-@pytest.mark.parametrize("factor", [0.98, 1.02])
-def test_another_cost_or_another_deflection_differs(name, factor):
-    other = {f"linear.{name}": (factor * ENDED[name], SEEDS)}
-    assert verdicts(made(other)) == ["differs"] * 3
-    near = {f"linear.{name}": ((1 + factor / 150) * ENDED[name], SEEDS)}
-    assert verdicts(made(near)) == ["reproduced"] * 3
+    first, *others = [one.verdict for one in found]
+    assert first == expected.split()[0]
+    assert others == ["reproduced" if "first" in expected else first] * 2
 
 
 @pytest.mark.parametrize("start", ["linear", "true"])
-def test_a_seed_without_an_end_does_not_count_and_is_told(start):
+def test_rejected_starts_are_excluded_and_reported(start):
     lost = made({f"{start}.{name}": (np.nan, 15) for name in ENDED})
-    told = of_rejected(judge_linear_enough, lost)
-    assert told == {("reproduced", "15 of 100", "differs")}
-
-
-def test_a_share_at_the_boundary_is_left_open():
-    assert verdicts(made({"linear.cost_mm2": (99.0, 3)})) == ["undecided"] * 3
-
-
-def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
-    for end in SWEPT:
-        for value, count in ((99.0, 2), (np.nan, FEWER)):
-            lost = {end: {"linear.cost_mm2": (value, count)}}
-            left = ["undecided", "reproduced", "reproduced"]
-            assert verdicts(made(at_ends=lost)) == left
-        kept = {end: {"linear.cost_mm2": (99.0, 1)}}
-        assert verdicts(made(at_ends=kept)) == ["reproduced"] * 3
+    found = of_rejected(judge_linear_enough, lost)
+    assert found == {("reproduced", "15 of 100", "differs")}
 
 
 def outer():
@@ -93,7 +96,7 @@ def inner():
     return None
 
 
-def test_a_watch_tells_stages_in_order_and_not_what_is_within_them():
+def test_watch_records_outer_stages_in_order():
     stages = {"outer": f"{__name__}.outer", "inner": f"{__name__}.inner"}
     with Watch(stages) as watch:
         inner()
@@ -104,13 +107,13 @@ def test_a_watch_tells_stages_in_order_and_not_what_is_within_them():
     assert watch.ways() == {"inner > outer": 1, "outer > inner": 1}
 
 
-def test_every_stage_that_is_watched_is_a_function_of_the_library():
+def test_watched_stages_are_library_functions():
     for function in STAGES.values():
         module, _, name = function.rpartition(".")
         assert getattr(importlib.import_module(module), name).__module__ == module
 
 
-def test_ways_to_and_from_the_bending_are_those_of_both_its_neighbours():
+def test_transitions_of_bending_combine_its_neighbours():
     ways = {"held > pose": 1, "open > pose": 2, "pose > order": 3, "order > refused": 1}
     made = {f"ways.{way}": n for way, n in ways.items()} | {"stage1.steps": 3}
     found = transitions(of_columns(({}, made)))
@@ -119,7 +122,3 @@ def test_ways_to_and_from_the_bending_are_those_of_both_its_neighbours():
     assert found["open", "bend"] == 2
     assert found["order", "refused"] == 1
     assert ("open", "pose") not in found
-
-
-def test_exercises_are_judged_rightly():
-    assert misjudged(ROOT, "ch05_flexible_mirror/s2_method") == []

@@ -19,7 +19,7 @@ def bent():
     return mirror_rig("A", small=True).camera(15.0)
 
 
-def test_exact_pictures_give_the_motion_its_length_and_the_cylinder(bent):
+def test_exact_images_recover_motion_and_cylinder(bent):
     rng = np.random.default_rng(3)
     seen = experiment.moved_cylinder(bent, rng)
     found = experiment.motion_and_shape(bent, seen, seen.pixels, rng)
@@ -44,7 +44,7 @@ def test_marks_lie_on_the_cylinder_and_stay_in_the_mirror(bent):
         assert experiment.shown(bent, pixels).all()
 
 
-def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
+def test_lost_mark_is_counted_and_flat_scene_has_no_cylinder(bent):
     seen = experiment.moved_cylinder(bent, np.random.default_rng(5))
     points = seen.points.copy()
     points[0] = np.nan
@@ -53,14 +53,14 @@ def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
     assert "no_shape" in experiment.cylinder_through(flat)
 
 
-def test_a_longer_way_determines_a_length_better(bent):
+def test_longer_path_determines_a_length_better(bent):
     seen = experiment.moved_cylinder(bent, np.random.default_rng(6))
     found = experiment.length_bounds(bent, seen)
     one, five = found["told1"], found["told5"]
     assert five["length_percent"] < one["length_percent"] / 2
 
 
-def test_a_length_that_is_given_is_kept_by_every_step():
+def test_known_length_is_kept_by_every_step():
     uneven = mirror_rig("A", small=True).camera(15.0, ABERRATION_UM, 2)
     seen = experiment.moved_cylinder(uneven, np.random.default_rng(9))
     rng = np.random.default_rng(10)
@@ -130,7 +130,7 @@ def all_made(swept=None, longer=None, **other):
         (report.radius_found, {"published__open__radius_mm": 76.0}),
     ],
 )
-def test_what_is_asked_of_a_seed_can_fail(predicate, wrong):
+def test_run_predicate_holds_and_fails(predicate, wrong):
     assert predicate(made())[0].all()
     assert not predicate(made(**wrong))[0].any()
 
@@ -138,13 +138,13 @@ def test_what_is_asked_of_a_seed_can_fail(predicate, wrong):
 ALL = np.ones(SEEDS, bool)
 
 
-def test_two_markers_beside_the_cylinder_are_too_many():
+def test_two_missed_markers_fail_the_claim():
     assert report.markers_meet(made(), ALL).verdict == "reproduced"
     two = made(published__open__missed=2)
     assert report.markers_meet(two, ALL).verdict == "differs"
 
 
-def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
+def test_scale_has_to_settle_and_to_be_correct():
     assert report.scale_tells(made(), ALL).verdict == "reproduced"
     assert report.scale_right(made(), ALL)
     off = made(published__open__mean_mm=31.34)
@@ -160,7 +160,7 @@ FAR = {"published__open__step5__off_mm": 8.1}
 BOTH_FAR = FAR | {"true__open__step5__off_mm": 8.1}
 
 
-def test_a_motion_that_the_true_mirror_does_not_give_either_is_not_comparable():
+def test_motion_that_the_true_mirror_misses_is_not_comparable():
     judge, far = claims.judge_motion, "differs"
     assert verdicts(judge, all_made()) == ("reproduced", {"reproduced"})
     assert verdicts(judge, all_made(**FAR)) == (far, {far})
@@ -171,7 +171,7 @@ def test_a_motion_that_the_true_mirror_does_not_give_either_is_not_comparable():
     assert verdicts(judge, all_made(swept=FAR)) == ("undecided", {"reproduced"})
 
 
-def test_motions_that_were_rejected_do_not_count_and_are_told():
+def test_rejected_motions_are_excluded_and_reported():
     lost = {
         "published__open__step5__off_mm": [None] * 5 + [4.0] * (SEEDS - 5),
         "published__open__missed": [None] * 5 + [1] * (SEEDS - 5),
@@ -188,5 +188,5 @@ def test_motions_that_were_rejected_do_not_count_and_are_told():
         assert verdicts(judge, all_made(none)) == ("undecided", {"reproduced"})
 
 
-def test_a_bent_mirror_has_no_centre_and_its_matched_lines_meet():
+def test_congruence_claim_holds():
     assert claims.judge_congruence({}).verdict == "reproduced"

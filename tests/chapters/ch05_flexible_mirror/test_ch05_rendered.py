@@ -34,7 +34,7 @@ def spline_of(rig, true):
     return SplineMirrorCamera.fitted(rig.viewer, grid, points)
 
 
-def test_a_right_camera_is_off_by_little_and_a_stale_one_by_its_deflection(run):
+def test_scores_separate_correct_and_stale_cameras(run):
     held_out = scoring_boards(run, np.random.default_rng(2))
     stale, right = (spline_of(run.rig, camera) for camera in run.cameras[:2])
     near = scored(run, 1, [stale, right], held_out)
@@ -46,18 +46,18 @@ def test_a_right_camera_is_off_by_little_and_a_stale_one_by_its_deflection(run):
     assert off["deflection_mm"] == pytest.approx(0, abs=0.1)
 
 
-def test_what_is_lit_is_traced_around_black_squares():
+def test_lit_outline_surrounds_black_squares():
     v, u = np.mgrid[0:200, 0:300]
     inside = (u > 40) & (u < 260) & (v > 30) & (v < 170)
     squares = (u // 30 + v // 30) % 2
-    picture = np.where(inside, 70 + 150 * squares, 0).astype(np.uint8)
-    picture[5:8, 5:8] = 200
-    around = lit_outline(picture)
+    image = np.where(inside, 70 + 150 * squares, 0).astype(np.uint8)
+    image[5:8, 5:8] = 200
+    around = lit_outline(image)
     np.testing.assert_allclose(around.min(axis=0), [40, 30], atol=3)
     np.testing.assert_allclose(around.max(axis=0), [260, 170], atol=3)
 
 
-def test_runs_from_images_are_compared_with_those_with_redrawn_errors():
+def test_rendered_table_compares_with_redrawn_runs():
     def of_run(condition):
         ended = condition["geometry"] == "B"
         return {

@@ -48,7 +48,7 @@ def loops(at=(), **made):
     }
 
 
-def test_the_edge_next_to_the_clamp_is_judged_in_all_panels():
+def test_clamp_edge_claim_uses_all_panels():
     judge = claims.judge_fixed_edge
     assert verdicts(judge, loops()) == SAME
     assert verdicts(judge, loops(edge=1.1)) == ("differs", {"differs"})
@@ -59,7 +59,7 @@ def test_the_edge_next_to_the_clamp_is_judged_in_all_panels():
     assert told == {("reproduced", "12 of 40", "differs")}
 
 
-def test_the_edge_is_every_row_s_outermost_corner_that_is_seen():
+def test_clamp_edge_is_the_outermost_visible_corner_of_each_row():
     board = mirror_rig("A").board.points()
     seen = np.ones(len(board), bool)
     columns = np.unique(board[:, 0])
@@ -74,7 +74,7 @@ def test_the_edge_is_every_row_s_outermost_corner_that_is_seen():
     )
 
 
-def test_the_board_s_edge_on_the_clamp_s_side_is_the_one_that_the_mirror_shows_there():
+def test_clamp_edge_is_nearest_to_the_clamp_in_the_image():
     rig = mirror_rig("A")
     T = rig.board_pose(np.random.default_rng(5), 400.0, (15.0,))
     camera, board = rig.camera(15.0), rig.board.points()
@@ -110,7 +110,7 @@ def seen_made(covered=1.2, reciprocal=2.0, lost=0, swinging=0, at=None):
     return found
 
 
-def test_both_what_is_covered_and_the_condition_have_to_be_better():
+def test_conditioning_claim_needs_coverage_and_condition():
     judge = claims.judge_conditioning
     assert verdicts(judge, seen_made()) == SAME
     for worse in ({"covered": 0.9}, {"reciprocal": 0.9}):
@@ -149,21 +149,21 @@ def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05, both=False):
         ({"lost": 30}, "reproduced"),
     ],
 )
-def test_growth_without_the_metric_is_held_against_that_with_it(made, verdict):
+def test_metric_claim_compares_growth_of_both_arms(made, verdict):
     reading = claims.judge_metric(grown(**made))
     assert reading.verdict == verdict
     lost = made.get("lost", 0)
     assert f"without the metric {lost}, with it 0" in reading.reason
 
 
-def test_a_seed_that_both_arms_reject_is_no_pair():
+def test_run_rejected_by_both_arms_is_excluded():
     result = grown(lost=30, both=True)
     assert np.isnan(claims.without_less_metric(result[claims.METRIC])[:30]).all()
     told = of_rejected(claims.judge_metric, result)
     assert told == {("reproduced", "30 of 40", "differs")}
 
 
-def test_rates_are_slopes_and_rejections_the_worst():
+def test_growth_rate_is_the_slope_and_rejection_the_worst():
     errors = 2 + 0.25 * np.arange(6)[:, None] + np.zeros((6, 2))
     np.testing.assert_allclose(claims.rates(errors), 0.25)
     result = grown(lost=3)[claims.METRIC]
@@ -175,7 +175,7 @@ def test_rates_are_slopes_and_rejections_the_worst():
     np.testing.assert_allclose(both, 0.2, atol=0.4)
 
 
-def test_without_the_metric_each_corner_stays_on_its_own_ray():
+def test_corners_stay_on_their_rays_without_the_metric():
     rig = mirror_rig("A")
     camera, board = rig.camera(5.0), rig.board.points()
     T = rig.board_pose(np.random.default_rng(6), deflections=(5.0,))
@@ -200,7 +200,7 @@ def test_without_the_metric_each_corner_stays_on_its_own_ray():
     )
 
 
-def test_the_covered_share_is_of_the_sheet():
+def test_covered_share_is_that_of_the_sheet():
     rig = mirror_rig("A")
     camera = rig.camera(5.0)
     rim = np.array([[0.25, -0.5], [0.75, -0.5], [0.75, 0.5], [0.25, 0.5]])

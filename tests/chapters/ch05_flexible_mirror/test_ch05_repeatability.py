@@ -6,9 +6,8 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, experiment, report
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
-from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of, verdicts
-from tests.made_results import ROOT, of_columns
+from tests.made_results import of_columns, of_levels
 
 SEEDS = 60
 EVERY = (*BENCHES, *SWEPT)
@@ -17,48 +16,37 @@ EVERY = (*BENCHES, *SWEPT)
 PLACES = ("start", *(f"step{k}" for k in range(1, 7)), "single")
 
 
-def made_loops(benches=EVERY, refused=0, at=None, swinging=None, **of):
-    """A Result of loops as the thesis tells them; of: {name of a value: factor};
-    at: {bench: such factors}; refused: seeds that ended before the fourth step;
-    swinging: the place where an end swings in all seeds."""
+def columns(level, factors, refused, swinging):
+    """Columns of a loop as the thesis describes it, times {name of a value: factor};
+    refused: runs that ended before the fourth step; swinging: the step at which an end
+    swings in all runs."""
     rng = np.random.default_rng(0)
-    values = {}
-    for bench in benches:
-        factors = of | (at or {}).get(bench, {})
-
-        def put(name, size, spread=0.01, bench=bench, factors=factors):
-            trials = size * factors.get(name, 1.0)
-            trials = trials * (1 + spread * rng.standard_normal(SEEDS))
-            if name.split(".")[0] in ("step4", "step5", "step6", "single"):
-                trials[:refused] = np.nan
-            values[f"{bench}.{name}"] = trials
-
-        for step in range(1, 7):
-            put(f"step{step}.deflection_mm", 5.0, 0.002)
-            put(f"step{step}.linear_mm", 3.1)
-        put("single.deflection_mm", 15.0, 0.002)
-        for place in PLACES:
-            size = {"start": 0.85, "single": 2.74}.get(place, 1.84)
-            for name in ("back_mm", "back_true_mm"):
-                put(f"{place}.{name}", size)
-            put(f"{place}.back_sd_mm", 1.4)
-            put(f"{place}.angle_deg", 0.3)
-            put(f"{place}.residual_mm", 1.0)
-            put(f"{place}.residual_sd_mm", 0.6)
-        said = ["step 4: no"] * refused + [None] * (SEEDS - refused)
-        values[f"{bench}.refused"] = said
-        for place in PLACES[1:]:
-            values[f"{bench}.{place}.swing_deg"] = np.full(
-                SEEDS, 5.0 if place == swinging else 1.0
-            )
-    return of_columns(({"geometry": "A"}, values))
+    means = {f"step{k}.deflection_mm": 5.0 for k in range(1, 7)}
+    means |= {f"step{k}.linear_mm": 3.1 for k in range(1, 7)}
+    means["single.deflection_mm"] = 15.0
+    for place in PLACES:
+        back = {"start": 0.85, "single": 2.74}.get(place, 1.84)
+        means |= {f"{place}.back_mm": back, f"{place}.back_true_mm": back}
+        means |= {f"{place}.back_sd_mm": 1.4, f"{place}.angle_deg": 0.3}
+        means |= {f"{place}.residual_mm": 1.0, f"{place}.residual_sd_mm": 0.6}
+    values = {"refused": ["step 4: no"] * refused + [None] * (SEEDS - refused)}
+    for name, mean in means.items():
+        spread = 0.002 if name.endswith("deflection_mm") else 0.01
+        lost = name.split(".")[0] in ("step4", "step5", "step6", "single")
+        trials = mean * factors.get(name, 1) * (1 + spread * rng.standard_normal(SEEDS))
+        values[name] = np.where(np.arange(SEEDS) < lost * refused, np.nan, trials)
+    for place in PLACES[1:]:
+        values[f"{place}.swing_deg"] = [5.0 if place == swinging else 1.0] * SEEDS
+    return {f"{level}.{name}": column for name, column in values.items()}
 
 
-def loops(**made):
-    return {
-        "table_5_5_runs": made_loops(BENCHES, **made),
-        "table_5_5_swept": made_loops(SWEPT, **made),
-    }
+def loops(refused=0, at=None, swinging=None, **factors):
+    """at: {level: other factors}."""
+
+    def of(level):
+        return columns(level, factors | (at or {}).get(level, {}), refused, swinging)
+
+    return of_levels(("table_5_5_runs", BENCHES, of), ("table_5_5_swept", SWEPT, of))
 
 
 def ended_early(runs):
@@ -84,13 +72,13 @@ FALSE = {
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+def test_repeatability_claim_holds_and_fails(judge):
     assert verdicts(judge, loops()) == SAME
     assert verdicts(judge, loops(**FALSE[judge])) == OTHER
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_what_changes_side_in_the_sweep_is_left_open_in_the_primary_alone(judge):
+def test_sweep_that_contradicts_leaves_the_primary_undecided(judge):
     # An end at which every seed was rejected is on no side.
     none = {f"{k}.{n}": np.nan for k in PLACES for n in ("deflection_mm", "back_mm")}
     for end in (FALSE[judge], none):
@@ -100,7 +88,7 @@ def test_what_changes_side_in_the_sweep_is_left_open_in_the_primary_alone(judge)
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_seeds_that_were_rejected_do_not_count_and_are_told(judge):
+def test_rejected_runs_are_excluded_and_reported(judge):
     """Ten of 60; as misses they turn shares, and no median."""
     lost = loops(refused=10)
     assert ended_early(report.LoopRuns(lost)) == (10, 10)
@@ -109,7 +97,7 @@ def test_seeds_that_were_rejected_do_not_count_and_are_told(judge):
     assert of_rejected(judge, lost) == {("reproduced", "10 of 60", missed)}
 
 
-def test_a_swinging_end_ends_the_loop_and_the_single_step_after_it():
+def test_swinging_end_ends_the_loop():
     for place, lost in (("step2", (60, 60)), ("step5", (60, 0)), ("single", (0, 60))):
         swung = loops(swinging=place)
         assert (
@@ -119,7 +107,7 @@ def test_a_swinging_end_ends_the_loop_and_the_single_step_after_it():
     assert found == ("reproduced", {"reproduced", "undecided"})
 
 
-def test_the_steps_are_held_against_those_that_undo_them():
+def test_steps_are_compared_with_their_reverse_steps():
     assert report.EQUIVALENT == ((1, 6), (2, 5), (3, 4))
     runs = report.LoopRuns(
         loops(**{"step4.deflection_mm": 0.9, "step3.deflection_mm": 0.9})
@@ -144,7 +132,7 @@ def placed(coarse=0.1, dense=0.05, lost=0, at=None):
     return {"exp_c5_dense_grid": of_columns(({"geometry": "A"}, values))}
 
 
-def test_the_spread_between_places_is_judged_and_what_is_refused_is_told():
+def test_placement_claims_use_the_spread_between_positions():
     assert verdicts(claims.judge_placement, placed(lost=3)) == SAME
     assert verdicts(claims.judge_dense_grid, placed(lost=3)) == SAME
     assert verdicts(claims.judge_placement, placed(0.03)) == OTHER
@@ -168,7 +156,7 @@ def started(lost=0, at=EVERY, **sd_mm):
     return {"exp_c5_not_sensitive_init": of_columns(({"geometry": "A"}, values))}
 
 
-def test_starts_are_judged_by_the_worse_step_of_the_seeds_that_completed_it():
+def test_start_claim_uses_the_worse_step_of_completed_runs():
     judge = claims.judge_starts
     assert verdicts(judge, started()) == SAME
     for bad in ({"5": 0.06}, {"15": 0.2}):
@@ -180,7 +168,7 @@ def test_starts_are_judged_by_the_worse_step_of_the_seeds_that_completed_it():
     assert verdicts(judge, started(lost=SEEDS, at=("twice both",))) == TURNED
 
 
-def test_the_dense_board_has_the_other_board_s_corners():
+def test_dense_board_contains_the_coarse_corners():
     board = mirror_rig("A").board
     boards = experiment.boards_of_pitches(board)
     np.testing.assert_array_equal(boards["coarse"][0], board.points())
@@ -190,7 +178,7 @@ def test_the_dense_board_has_the_other_board_s_corners():
     np.testing.assert_array_equal(points[which], points)
 
 
-def test_starts_reach_from_half_of_the_deflection_less_to_half_more():
+def test_starts_cover_plus_minus_half_of_the_deflection():
     found = experiment.shares(np.random.default_rng(2))
     assert found.shape == (experiment.STARTS, 3)
     assert np.abs(found).max() <= 0.5
@@ -198,7 +186,7 @@ def test_starts_reach_from_half_of_the_deflection_less_to_half_more():
     assert np.ptp(found, axis=1).max() > 0.1
 
 
-def test_the_numbers_are_those_of_the_ledger():
+def test_table_5_5_numbers_match_the_ledger():
     made = report.numbers_table_5_5(loops()) | report.numbers_fig_5_13(loops())
     assert len(made) == 6 * 5 + 9 + 10
     assert made["t5_5_step4_linear"].value == pytest.approx(3.1, rel=0.02)
@@ -210,12 +198,8 @@ def test_the_numbers_are_those_of_the_ledger():
     )
 
 
-def test_exercises_are_judged_rightly():
-    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_repeatability") == []
-
-
 @pytest.mark.parametrize(("last", "verdict"), [(80, "reproduced"), (101, "differs")])
-def test_a_larger_deflection_leaves_fewer_common_corners(last, verdict):
+def test_feature_loss_claim_holds_and_fails(last, verdict):
     common = [np.array([110, 108, 106, 103, 100, last + k]) for k in (-1, 0, 1)]
     found = of_columns(({"geometry": "A"}, {"back": common, "out": common}))
     reading = claims.judge_lost_features({"exp_c5_feature_loss": found})

@@ -7,7 +7,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration import claims, report
 from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import Field
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from tests.judged_claims import of_rejected, readings_of, verdicts
-from tests.made_results import of_columns
+from tests.made_results import of_columns, of_levels
 
 SEEDS = 40
 X = np.linspace(0, 1, 30)
@@ -58,16 +58,12 @@ def of_bench(bench, seeds, other):
 
 
 def made(other=None, swept=None):
-    results = {}
-    for name, benches, count, changed in (
-        (report.RUNS, BENCHES, SEEDS, other or {}),
-        (report.SWEPT_RUNS, SWEPT, 4, other or {} if swept is None else swept),
-    ):
-        columns = {}
-        for bench in benches:
-            columns |= of_bench(bench, count, changed)
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
+    other = other or {}
+    swept = other if swept is None else swept
+    return of_levels(
+        (report.RUNS, BENCHES, lambda level: of_bench(level, SEEDS, other)),
+        (report.SWEPT_RUNS, SWEPT, lambda level: of_bench(level, 4, swept)),
+    )
 
 
 FALSE = {
@@ -96,20 +92,16 @@ FALSE = {
         {"told.back_mm": (3.0, 3.0, 4.0)}, {"told.back_mm": (1.0, 2.0, 2.9)},
     ],
 }  # fmt: skip
-CASES = [(judge, other) for judge, others in FALSE.items() for other in others]
 
 
-@pytest.mark.parametrize("judge", FALSE)
-def test_what_is_so_is_reproduced(judge):
+@pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
+def test_self_calibration_claim_holds_and_fails(judge):
     assert verdicts(judge, made()) == ("reproduced", {"reproduced"})
+    for other in FALSE[judge]:
+        assert verdicts(judge, made(other)) == ("differs", {"differs"})
 
 
-@pytest.mark.parametrize(("judge", "other"), CASES)
-def test_what_is_not_so_differs(judge, other):
-    assert verdicts(judge, made(other)) == ("differs", {"differs"})
-
-
-def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
+def test_large_error_claim_is_undecided_if_the_sweep_contradicts():
     results = made(swept={"stereo.found.deflected": 0.2})
     found = verdicts(claims.judge_large_error, results)
     assert found == ("undecided", {"reproduced"})
@@ -128,7 +120,7 @@ def first_lost(values, lost=15):
         (claims.judge_impractical, "board.back_mm"),
     ],
 )
-def test_runs_that_were_rejected_do_not_count_and_are_told(judge, lost):
+def test_rejected_runs_are_excluded_and_reported(judge, lost):
     way, name = lost.split(".")
     changed = {lost: first_lost(TRUE[way][name])}
     # The ends of the sweep have fewer seeds.
@@ -136,7 +128,7 @@ def test_runs_that_were_rejected_do_not_count_and_are_told(judge, lost):
     assert told == {("reproduced", "15 of 40", "differs")}
 
 
-def test_a_self_calibration_that_is_rejected_beside_boards_is_impractical():
+def test_impractical_claim_counts_rejected_self_calibrations():
     judge, good = claims.judge_impractical, (1.0, 1.0, 1.0)
     rejected = {"told.back_mm": first_lost(good, SEEDS)}
     assert of_rejected(judge, made(rejected, swept={})) == {("reproduced",)}
@@ -161,12 +153,12 @@ def steps(slope, seeds=40):
 @pytest.mark.parametrize(
     ("slope", "verdict"), [(0.0, "reproduced"), (10.0, "differs"), (-1.0, "reproduced")]
 )
-def test_errors_that_accumulate_are_told(slope, verdict):
+def test_known_scene_claim_detects_accumulated_errors(slope, verdict):
     (found,) = readings_of(claims.judge_known, steps(slope))
     assert found.verdict == verdict
 
 
-def test_what_a_picture_shows_ends_at_the_rays_of_near_and_of_far_ones():
+def test_field_ends_at_the_rays_of_near_and_far_points():
     """Rays start over 100 mm, straight on: near and far points are seen over as much,
     though far ones alone span hardly any angle."""
     side = np.linspace(-50.0, 50.0, 11)

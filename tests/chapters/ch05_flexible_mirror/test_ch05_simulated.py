@@ -7,9 +7,8 @@ import pytest
 
 from chapters.ch05_flexible_mirror.s3_1_simulated import experiment, report
 from raxel.calibration.mirror.reduced import reflected, viewing_rays
-from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import ROOT, OfLaw
+from tests.made_results import OfLaw
 
 BASE = {"sweep": "noise"} | experiment.BASE
 RIG = experiment.rig_of(BASE["pitch"])
@@ -22,7 +21,7 @@ def views(depth=1650.0, tip=16.7, seed=0, **changed):
 
 
 @pytest.mark.parametrize("tip", [0.0, 16.7, 53.0, -30.0])
-def test_a_corner_is_seen_where_its_ray_is_reflected(tip):
+def test_visible_corner_lies_on_its_reflected_ray(tip):
     seen = views(tip=tip)
     known = np.isfinite(seen.after)
     assert known.sum() >= 8
@@ -36,7 +35,7 @@ def test_a_corner_is_seen_where_its_ray_is_reflected(tip):
     assert np.all(np.einsum("ij,ij->i", V_r, to) > 0)
 
 
-def test_without_noise_the_final_height_is_exact_and_the_linear_one_as_by_formula():
+def test_noise_free_height_is_exact_and_linear_follows_the_formula():
     seen = views()
     found = experiment.errors(experiment.calibrate(seen, 0.0, "height").curve, seen)
     assert found["across_mm"] < 1e-6
@@ -46,7 +45,7 @@ def test_without_noise_the_final_height_is_exact_and_the_linear_one_as_by_formul
     assert left == pytest.approx(report.missing_by_formula(1650.0), abs=0.05)
 
 
-def test_both_pictures_have_noise_of_their_own():
+def test_images_before_and_after_have_independent_noise():
     seen = views(rows=13)
     both = experiment.in_both(seen)
     after = (experiment.after_bending(seen, 2.0) - seen.after)[both] / RIG.pixel
@@ -58,10 +57,6 @@ def test_both_pictures_have_noise_of_their_own():
     np.testing.assert_allclose(exact[both], seen.points[both], atol=1e-5)
     assert 0.01 < np.abs(points - exact)[both].max() < 50
     assert abs(np.corrcoef(seen.noise)[0, 1]) < 0.3
-
-
-def test_exercises_are_judged_rightly():
-    assert misjudged(ROOT, "ch05_flexible_mirror/s3_1_simulated") == []
 
 
 def law(name, condition, **of):
@@ -109,7 +104,7 @@ CLAIMS = {
 
 
 @pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
-def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+def test_simulation_claim_holds_and_fails(judge):
     assert judged(judge, final=_true_final) == {"reproduced"}
     assert "reproduced" not in judged(judge, **CLAIMS[judge])
 
@@ -119,7 +114,7 @@ def _true_final(at, value):
     return value * (4.0 if at["bend"] > 50 else 1.0)
 
 
-def test_numbers_say_from_which_depth_the_error_is_steady():
+def test_depth_threshold_is_where_the_error_settles():
     steady = OfLaw("fig_5_5_sweeps", law, 100)
     steady.settings = experiment.SETTINGS
     found = report.numbers_fig_5_5({"fig_5_5_sweeps": steady})

@@ -9,35 +9,32 @@ from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry import transform
 from tests.judged_claims import of_rejected, verdicts
-from tests.made_results import of_columns
+from tests.made_results import of_levels
 
 SEEDS = 40
 
 
 def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
-    """Results of both experiments, angles off by so much, some seeds rejected."""
-    results = {}
-    for name, benches, change in (
-        (report.RUNS, BENCHES, None),
-        (report.SWEPT_RUNS, SWEPT, swept),
-    ):
-        columns = {}
-        for bench in benches:
-            for way in report.WAYS:
-                there = change if change is not None else off
-                values = dict(
-                    zip(experiment.PAIRS, experiment.ANGLES_DEG + there, strict=True)
-                )
-                found = {f"angle.{pair}": a for pair, a in values.items()}
-                found |= {f"qq.{face}": normal for face in experiment.FACES}
-                found |= {f"qq_all.{face}": normal - 0.02 for face in experiment.FACES}
-                found |= {"off_deg": np.abs(there).max()}
-                for key, value in found.items():
-                    column = np.full(SEEDS, float(value))
-                    column[:refused] = np.nan
-                    columns[f"{bench}.{way}.{key}"] = column
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
+    """Results of both experiments: angles with errors `off`, some runs rejected."""
+
+    def columns(errors):
+        angles = dict(
+            zip(experiment.PAIRS, experiment.ANGLES_DEG + errors, strict=True)
+        )
+        found = {f"angle.{pair}": angle for pair, angle in angles.items()}
+        found |= {f"qq.{face}": normal for face in experiment.FACES}
+        found |= {f"qq_all.{face}": normal - 0.02 for face in experiment.FACES}
+        found |= {"off_deg": np.abs(errors).max()}
+        return lambda level: {
+            f"{level}.{way}.{key}": np.where(np.arange(SEEDS) < refused, np.nan, value)
+            for way in report.WAYS
+            for key, value in found.items()
+        }
+
+    return of_levels(
+        (report.RUNS, BENCHES, columns(off)),
+        (report.SWEPT_RUNS, SWEPT, columns(off if swept is None else swept)),
+    )
 
 
 @pytest.mark.parametrize(
@@ -49,18 +46,18 @@ def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
         (report.judge_normal, made(normal=0.985), "differs"),
     ],
 )
-def test_the_claims_hold_and_fail(judge, results, verdict):
+def test_tin_claim_holds_and_fails(judge, results, verdict):
     assert verdicts(judge, results) == (verdict, {verdict})
 
 
-def test_an_end_of_the_sweep_leaves_the_primary_open_and_rejected_seeds_are_told():
+def test_sweep_and_rejected_runs_enter_the_verdict():
     turned = made(swept=(3.0, 0, 0))
     assert verdicts(report.judge_angles, turned) == ("undecided", {"reproduced"})
     told = of_rejected(report.judge_angles, made(refused=12))
     assert told == {("reproduced", "12 of 40", "differs")}
 
 
-def test_the_faces_meet_at_the_angles_of_the_reference():
+def test_faces_meet_at_the_reference_angles():
     normals = experiment.outward_normals()
     found = [
         experiment.angle_inside(normals[a], normals[b])
@@ -90,8 +87,8 @@ def test_exact_matches_give_the_exact_tin():
     assert found["rms_mm"] < 1e-4
 
 
-def test_matches_of_pictures_lie_where_the_tin_is():
-    """Each picture has a window of its own; what the truth says of a match holds."""
+def test_image_matches_lie_on_the_tin():
+    """Each image has a window of its own; what the truth says of a match holds."""
     rig, rng = mirror_rig("A", small=True), np.random.default_rng(2)
     camera = rig.camera(15.0)
     taken = experiment.taken_pictures(rig, camera, 4, rng)
@@ -112,7 +109,7 @@ def test_matches_of_pictures_lie_where_the_tin_is():
         assert np.isclose(abs(normals[first] @ normals[second]), abs(cosine), atol=1e-6)
 
 
-def test_outliers_are_set_apart_and_other_laws_told():
+def test_normality_detects_outliers_and_other_laws():
     rng = np.random.default_rng(1)
     distances = rng.normal(0, 0.2, 150)
     assert experiment.normality(distances) > 0.99
@@ -126,7 +123,7 @@ def test_outliers_are_set_apart_and_other_laws_told():
     assert experiment.normality(rng.exponential(1.0, 150)) < 0.985
 
 
-def test_a_face_without_points_is_refused():
+def test_face_without_points_is_rejected():
     points, face = experiment.tin_points(np.random.default_rng(0), 90)
     with pytest.raises(InputError, match="top face"):
         experiment.tin_through(points[face > 0], face[face > 0])

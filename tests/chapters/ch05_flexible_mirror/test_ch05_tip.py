@@ -9,7 +9,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections import claims, experiment, r
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import STAGES_MM, mirror_rig
 from tests.judged_claims import readings_of, verdicts
-from tests.made_results import of_columns
+from tests.made_results import of_levels
 
 SEEDS, FEWER = 100, 20
 
@@ -26,45 +26,45 @@ def of_bench(bench, seeds, times, refused=0):
     }
     found |= {f"surface.{name}": value for name, value in found.items()}
     found["beyond_mm"] = np.full(seeds, 12.0)
-    for value in found.values():
-        value[:refused] = np.nan
-    return {f"{bench}.{name}": value for name, value in found.items()}
+    return {
+        f"{bench}.{name}": np.where(np.arange(seeds) < refused, np.nan, value)
+        for name, value in found.items()
+    }
 
 
 def made(times, swept=None, refused=0):
-    results = {}
-    for name, benches, seeds, here in (
-        (claims.TIPS, BENCHES, SEEDS, times),
-        (claims.TIPS_SWEPT, SWEPT, FEWER, times if swept is None else swept),
-    ):
-        columns = {}
-        for bench in benches:
-            columns |= of_bench(bench, seeds, here, refused)
-        results[name] = of_columns(({"geometry": "A"}, columns))
-    return results
+    swept = times if swept is None else swept
+    return of_levels(
+        (claims.TIPS, BENCHES, lambda level: of_bench(level, SEEDS, times, refused)),
+        (
+            claims.TIPS_SWEPT,
+            SWEPT,
+            lambda level: of_bench(level, FEWER, swept, refused),
+        ),
+    )
 
 
 @pytest.mark.parametrize(
     ("times", "verdict"), [(4.0, "reproduced"), (2.0, "undecided"), (1.0, "differs")]
 )
-def test_the_tip_has_to_scatter_twice_as_much_as_the_rest(times, verdict):
+def test_tip_claim_needs_twice_the_scatter_of_the_rest(times, verdict):
     found = readings_of(claims.judge_tip, made(times))
     assert [r.verdict for r in found] == [verdict] * 3
     assert found[0].regenerated == pytest.approx(times, rel=0.2)
 
 
-def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
+def test_sweep_that_contradicts_leaves_the_primary_undecided():
     for results in (made(4.0, swept=1.0), made(4.0, swept=np.nan)):
         assert verdicts(claims.judge_tip, results) == ("undecided", {"reproduced"})
     assert verdicts(claims.judge_tip, made(4.0, refused=SEEDS))[0] == "undecided"
 
 
-def test_rejected_runs_have_no_value_and_are_counted():
+def test_rejected_runs_are_counted():
     (first, *_) = readings_of(claims.judge_tip, made(4.0, refused=7))
     assert "7 of 100 runs rejected" in first.reason
 
 
-def test_moments_of_seeds_are_the_scatter_of_all_their_places():
+def test_pooled_moments_give_the_scatter_of_all_positions():
     errors = np.random.default_rng(1).normal(0.3, 0.1, (30, 50))
     found = claims.among_sd(errors.mean(axis=1), np.mean(errors**2, axis=1))
     assert found == pytest.approx(errors.std())
@@ -76,7 +76,7 @@ class Shifted(NamedTuple):
     mirror: object
 
 
-def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
+def test_mirror_moved_along_the_push_has_that_offset():
     rig = mirror_rig("A")
     true = rig.camera(5.0)
     along = rig.deflection_direction()
@@ -101,7 +101,7 @@ def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
     )
 
 
-def test_places_lie_among_the_corners_alone():
+def test_positions_lie_between_the_corners():
     corners = np.array([[20.0, -30.0], [120.0, -30.0], [120.0, 30.0], [20.0, 30.0]])
     found = experiment.places_among(corners, mirror_rig("A").camera(5.0))
     assert len(found) > 50
@@ -110,7 +110,7 @@ def test_places_lie_among_the_corners_alone():
     assert np.abs(found[:, 1]).max() <= 30
 
 
-def test_rays_turn_by_twice_the_curvature_and_the_test_of_it_can_fail(monkeypatch):
+def test_curvature_claim_holds_and_fails(monkeypatch):
     (found,) = readings_of(claims.judge_curvature, {})
     assert found.verdict == "reproduced"
     assert found.regenerated < 5
@@ -123,11 +123,11 @@ def test_rays_turn_by_twice_the_curvature_and_the_test_of_it_can_fail(monkeypatc
     assert other.verdict == "differs"
 
 
-def test_the_flat_mirror_turns_no_ray_whose_viewing_ray_is_kept():
+def test_flat_mirror_does_not_turn_rays():
     turns = claims.ray_turns(mirror_rig("A").camera(0.0))
     assert np.abs(turns.mirror).max() < 1e-9 < turns.whole.min()
 
 
-def test_the_deflections_put_in_are_multiples_of_what_the_stages_resolve():
+def test_deflections_are_multiples_of_the_resolution():
     steps = np.array(STAGES_MM) / report.RESOLUTION_MM
     np.testing.assert_allclose(steps, np.rint(steps), atol=1e-9)

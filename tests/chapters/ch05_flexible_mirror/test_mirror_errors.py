@@ -18,7 +18,7 @@ def numbers(camera):
     return np.array([*np.diag(camera.K)[:2], *camera.K[:2, 2], *camera.radial])
 
 
-def test_viewers_aside_scatter_as_calibrations_do():
+def test_perturbed_cameras_scatter_as_calibrations_do():
     found = []
     for seed in range(12):
         views = views_of(COUNT * [CAMERA], seed)
@@ -78,14 +78,14 @@ def median_deg(rng, *sd):
 
 
 @pytest.mark.parametrize(("noise", "misfit"), [(3e-4, 0.0), (3e-4, 4e-4)])
-def test_the_median_error_is_that_of_noise_and_misfit(noise, misfit):
+def test_predicted_median_combines_noise_and_misfit(noise, misfit):
     (said,) = predicted_errors(None, calibration(noise, misfit), [PIXELS])
     happens = median_deg(np.random.default_rng(1), noise, misfit)
     np.testing.assert_allclose(said, happens, rtol=0.02)
 
 
 @pytest.mark.parametrize("misfit", [0.0, 1e-4, 5e-4])
-def test_misfit_is_what_corners_are_off_beyond_their_stated_noise(misfit):
+def test_misfit_is_the_residual_beyond_the_stated_noise(misfit):
     """Of 1 mrad a pixel: what a bundle is not yet sure of counts, too."""
     rng, px = np.random.default_rng(2), 1e-3
     noise, bends = rng.standard_normal((2, 20_000, 2)) * [[[0.5]], [[misfit / px]]]
@@ -99,9 +99,7 @@ def test_misfit_is_what_corners_are_off_beyond_their_stated_noise(misfit):
     assert said[0] == pytest.approx(median_deg(rng, 3e-4, 2e-4), rel=0.02)
 
 
-def test_a_viewer_aside_counts_by_what_it_turns_rays_but_for_a_choice_of_axes(
-    monkeypatch,
-):
+def test_perturbed_camera_counts_up_to_a_choice_of_axes(monkeypatch):
     """A viewer turned as a whole moves no ray; one that sees a ray elsewhere does."""
     R = rotation_from_vector([0.02, -0.03, 0.4])
     turned = SimpleNamespace(rays=lambda p: directed(CAMERA.rays(p).directions @ R.T))
@@ -121,7 +119,7 @@ def test_a_viewer_aside_counts_by_what_it_turns_rays_but_for_a_choice_of_axes(
         np.testing.assert_allclose(said, expected, atol=1e-7)
 
 
-def test_a_viewer_from_a_file_has_an_error_that_nobody_states():
+def test_camera_from_a_file_has_no_predicted_error():
     given = SimpleNamespace(viewer="camera.npz")
     assert mirror._viewers_aside(given, None, None) == []
     stage = {"residual_mm": {"mean": 0.1, "sd": 0.1}}

@@ -23,7 +23,7 @@ def middle_of(rig, T):
     return (T @ [*(corner + extent / 2), 0, 1])[:3]
 
 
-def test_a_placed_board_is_where_the_plan_says(rig):
+def test_placed_board_matches_the_plan(rig):
     middle = middle_of(rig, T := experiment.placed(rig, 35.0, 90.0, 150.0, 15.0))
     assert np.linalg.norm(middle) == pytest.approx(150)
     assert np.degrees(np.arccos(middle[2] / 150)) == pytest.approx(35)
@@ -34,7 +34,7 @@ def test_a_placed_board_is_where_the_plan_says(rig):
     assert np.degrees(tilt) == pytest.approx(15)
 
 
-def test_a_hand_stays_near_its_place_and_the_board_in_view(rig):
+def test_hand_held_board_stays_near_its_pose_and_visible(rig):
     rng = np.random.default_rng(0)
     for place in experiment.places_of(SIZE.plan):
         T = experiment.held_at(rig, place, rng)
@@ -44,7 +44,7 @@ def test_a_hand_stays_near_its_place_and_the_board_in_view(rig):
     assert len(experiment.places_of(experiment.SIZES["full"].plan)) == 16
 
 
-def test_the_page_describes_the_full_plan():
+def test_page_describes_the_full_plan():
     text = " ".join(Path(page.__file__).read_text("utf-8").replace("\n#", " ").split())
     full = experiment.SIZES["full"]
     _, half, *edge = full.plan
@@ -64,7 +64,7 @@ def script_with(words):
     return found
 
 
-def test_the_board_script_runs_as_it_stands(tmp_path, monkeypatch):
+def test_board_script_writes_the_stated_board(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(script_with("board.svg"), {})
     svg = Path("board.svg").read_text("utf-8")
@@ -88,28 +88,28 @@ def test_the_board_script_runs_as_it_stands(tmp_path, monkeypatch):
     assert height <= 190
 
 
-def test_the_correcting_script_does_what_the_page_did(tmp_path, monkeypatch, rig):
+def test_undistortion_script_gives_the_image_of_the_page(tmp_path, monkeypatch, rig):
     camera = rig.camera
     monkeypatch.chdir(tmp_path)
     camera.save("camera.npz")
     Path("fisheye").mkdir()
     rng = np.random.default_rng(0)
-    picture = rng.integers(0, 256, (camera.height, camera.width, 3), np.uint8)
-    cv2.imwrite("fisheye/01.png", picture)
+    image = rng.integers(0, 256, (camera.height, camera.width, 3), np.uint8)
+    cv2.imwrite("fisheye/01.png", image)
     exec(script_with("cv2.remap"), {})
     map_x, map_y = cv2.split(source_pixels(camera, perspective_view(camera)))
-    expected = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
+    expected = cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR)
     assert (cv2.imread("ahead.png") == expected).all()
 
 
-def test_long_lines_of_a_transcript_go_on_in_the_next():
+def test_transcript_lines_are_folded():
     line = "word " * 30 + "95.3 % of corners"
     folded = report.folded(line)
     assert max(map(len, folded.split("\n"))) <= report.WIDTH + 4
     assert folded.split() == line.split()
 
 
-def test_the_true_camera_has_no_error_against_the_truth(rig):
+def test_true_camera_has_no_error(rig):
     assert experiment.against_truth(rig.camera, rig.camera) == {
         "image_with_ray": 1.0,
         "ray_deg": pytest.approx(0, abs=1e-5),

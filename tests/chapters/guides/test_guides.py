@@ -120,7 +120,7 @@ def fisheye_cases():
         yield {"boards": use}, lambda t, values=values: values
 
 
-def test_the_table_has_a_row_for_everything_measured(results):
+def test_method_table_has_a_row_per_measurement(results):
     table = tables.ext_methods(results)
     assert tuple(table.columns) == COLUMNS
     assert {len(cells) for cells in table.columns.values()} == {6 + 4 + 1 + 4 + 5}
@@ -137,7 +137,7 @@ def test_the_table_has_a_row_for_everything_measured(results):
     assert table.columns["Image or circle with a ray (%)"][10:15] == [75] + [90] * 4
 
 
-def test_wrong_motion_has_a_table_of_its_own(results):
+def test_wrong_motion_has_its_own_table(results):
     table = tables.ext_known_motion(results)
     assert table.columns["Error of the motion"] == [
         "1 mm of translation",
@@ -147,7 +147,7 @@ def test_wrong_motion_has_a_table_of_its_own(results):
     assert "apart" in table.caption
 
 
-def test_a_method_that_never_worked_has_failed(results):
+def test_method_without_results_has_failed(results):
     cases = [
         ({"zoom": z}, of_methods("left_out", zhang=0.0, generic=0.0)) for z in (1, 2, 3)
     ]
@@ -163,7 +163,7 @@ def test_a_method_that_never_worked_has_failed(results):
 
 
 def counts(**of_sets):
-    """A result of pictures: {set: (right, returned) of each detector in turn}."""
+    """A result of images: {set: (right, returned) of each detector in turn}."""
     detectors = ["raxel", "findChessboardCorners", "findChessboardCornersSB"]
     return of_columns(
         *(
@@ -179,7 +179,7 @@ def counts(**of_sets):
     )
 
 
-def test_boards_of_all_sets_are_counted_and_what_is_returned_wrong():
+def test_board_counts_include_wrong_detections():
     results = {name: counts(ball=[(1, 1), (0, 1), (0, 0)]) for name in RENDERED}
     rows = rendered_counts(results)
     assert [row.right for row in rows] == 4 * [
@@ -190,7 +190,7 @@ def test_boards_of_all_sets_are_counted_and_what_is_returned_wrong():
     assert both.wrong == {"raxel": 0, "opencv": 4, "opencv-sb": 0}
 
 
-def test_the_record_of_photographs_adds_up():
+def test_photograph_record_adds_up():
     sets = record("detectors")["sets"]
     assert len(sets) == 5
     for one in sets:
@@ -205,7 +205,7 @@ def test_the_record_of_photographs_adds_up():
     assert told["opencv"] == {"right": 2, "wrong": 0}
 
 
-def test_stated_errors_are_summed_over_the_cases_of_the_record():
+def test_stated_errors_are_summed_over_the_record():
     kept = written(plan_of("ext_stated_record"))
     columns = tables.ext_stated_errors({"ext_stated_record": kept}).columns
     assert columns["Quantity"] == list(STATED)
@@ -224,7 +224,7 @@ def test_every_number_of_the_decision_page_is_named(results):
     assert named(results)["general.ray_deg.60"] == "0.26"
 
 
-def test_run_times_are_coarse():
+def test_run_times_are_rounded():
     assert [rounded_seconds(s) for s in (0.2, 1.4, 61.7)] == [
         "under 1 s",
         "1 s",
@@ -232,7 +232,7 @@ def test_run_times_are_coarse():
     ]
 
 
-def test_exercises_of_a_real_page_can_be_timed():
+def test_exercises_of_a_page_can_be_timed():
     pages = {page.id: page for page in exercises.pages_with_exercises()}
     page = pages["ch02_general_camera_model/s4_generic_calibration"]
     assert len(page.exercises) == 2
@@ -244,7 +244,7 @@ LESSONS = Path(page.__file__).read_text("utf-8").split("# ## Lesson ")[1:]
 
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=range(1, len(LESSONS) + 1))
-def test_a_lesson_has_four_steps_of_50_minutes_and_three_exercises(lesson):
+def test_lesson_has_four_steps_of_50_minutes_and_three_exercises(lesson):
     minutes = re.findall(r"^# - \*\*(\d+) min\.\*\*", lesson, flags=re.M)
     assert len(minutes) == 4
     assert sum(map(int, minutes)) == 50
@@ -283,7 +283,7 @@ def lesson_results(experiment):
 
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=range(1, len(LESSONS) + 1))
-def test_a_lesson_has_a_slider_that_begins_with_the_figure_of_the_page(lesson):
+def test_lesson_slider_starts_with_the_figure_of_the_page(lesson):
     (name,) = re.findall(r'^# show\("(ext_lesson_\w+)"\)$', lesson, flags=re.M)
     found = producer(ROOT, "figure", name)
     assert found.details["scene"]
@@ -303,7 +303,7 @@ def test_a_lesson_has_a_slider_that_begins_with_the_figure_of_the_page(lesson):
     assert len({len(column) for column in drawing.data.values()}) == 1
 
 
-def test_rays_of_a_central_camera_meet_in_one_point_and_of_four_mirrors_in_four():
+def test_rays_of_fisheye_meet_in_one_point_and_of_four_mirrors_in_four():
     result = lesson_results("fig_2_1_tables")
     middle = report.PLANES_MM.index(0)
     for camera, points in (("fisheye", 1), ("faceted", 4)):
@@ -322,13 +322,13 @@ def test_every_lesson_has_an_answer_sheet():
         assert all((ROOT / "chapters" / p / "page.py").is_file() for p in pages)
 
 
-def test_the_guide_and_the_readme_state_the_same_times():
+def test_guide_and_readme_state_the_same_times():
     times = report.stated_times()
     assert set(times) == {"quick", "report", "test"}
     assert all(time.endswith((" min", " s")) for time in times.values())
 
 
-def test_an_answer_says_what_is_right_and_what_is_expected_to_be_wrong():
+def test_answer_sheet_lists_answers_and_common_mistakes():
     page = exercises.exercise_page(
         ROOT / "chapters/ch02_general_camera_model/s3_general_camera/page.py"
     )
@@ -341,7 +341,7 @@ def test_an_answer_says_what_is_right_and_what_is_expected_to_be_wrong():
     assert "**Answer:** 770,048,000. A 4 x 4 matrix has 16 numbers" in table
 
 
-def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
+def test_changed_chapter_page_rebuilds_the_teachers_page():
     work = Work(ROOT, "quick", None, {})
     read = work.pages_read("guides/for_teachers")
     assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
@@ -351,14 +351,14 @@ def test_a_changed_page_of_a_chapter_rebuilds_the_page_that_counts_exercises():
     assert work.pages_read("guides/choose_a_method") == []
 
 
-def test_runs_of_a_class(results):
+def test_class_runs_are_counted(results):
     of_class = ("fig_2_3_fov", "table_2_2_redrawn", "fig_2_2_error")
     columns = report.ext_class_runs({n: results[n] for n in of_class}).columns
     assert columns["Trials each"] == [3, 3, 3]
     assert columns["Conditions"] == [6, 3, 2]
 
 
-def test_seconds_are_those_of_the_run_record(tmp_path, monkeypatch):
+def test_seconds_are_read_from_the_run_record(tmp_path, monkeypatch):
     for folder in ("chapters", "data/published", "figures/quick/results"):
         (tmp_path / folder).mkdir(parents=True)
     record = tmp_path / "figures/quick/results/fig_9_9.run.json"

@@ -72,7 +72,7 @@ def sets(tmp_path):
     )
 
 
-def test_the_same_photographs_count_once(sets):
+def test_identical_image_sets_count_once(sets):
     found = compared_sets(sets)
     assert [one.name for one in found] == ["few", "none", "strong", "weak"]
     assert twins(sets) == {"again": "strong"}

@@ -1,4 +1,4 @@
-"""The page of an active grid says what became of the pictures, whatever they are."""
+"""The page of an active grid says what became of the images, whatever they are."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ SENTENCES = (
 
 
 def produced(tmp_path, scene):
-    """(sentences by name, tables) of the page of these pictures."""
+    """(sentences by name, tables) of the page of these images."""
     folder = recorded(tmp_path / "drawn", scene)
     order = jobs.Order(NAME, "quick", None, str(folder), tmp_path)
     jobs.run(ROOT, order, 0, 1, tmp_path / "part.json")
@@ -51,7 +51,7 @@ def produced(tmp_path, scene):
     return told, filled
 
 
-def test_sines_and_code(tmp_path):
+def test_page_describes_phase_shift_images_with_code(tmp_path):
     told, (views, _) = produced(tmp_path, drawn(noise=2.0, blur=0.8))
     share = views.columns["Decoded (%)"][0]
     assert f"{share:.1f} % of all pixels" in told["found"]
@@ -67,7 +67,7 @@ def test_sines_and_code(tmp_path):
     )
 
 
-def test_one_axis_of_code_alone(tmp_path):
+def test_page_describes_code_of_one_axis(tmp_path):
     scene = drawn(plan=PatternPlan((6, 0), True), noise=2.0)
     told, (views, _) = produced(tmp_path, scene)
     assert "along y" not in told["precision"]
@@ -75,7 +75,7 @@ def test_one_axis_of_code_alone(tmp_path):
     assert not any("σ y" in name for name in views.columns)
 
 
-def test_pictures_in_the_wrong_order_have_a_page_that_says_so(tmp_path):
+def test_page_reports_images_in_the_wrong_order(tmp_path):
     scene = drawn(noise=2.0, blur=0.8)
     scene.images[[12, 13]] = scene.images[[13, 12]]
     told, (views, _) = produced(tmp_path, scene)
@@ -86,7 +86,7 @@ def test_pictures_in_the_wrong_order_have_a_page_that_says_so(tmp_path):
     assert told["precision"] == "No standard deviation is predicted."
 
 
-def test_the_exercises_are_right():
+def test_exercise_answers_are_correct():
     rng = np.random.default_rng(0)
     noise, steps = 3.0, 4
     angle = 0.7 + 2 * np.pi * np.arange(steps) / steps

@@ -102,16 +102,9 @@ def produce(result):
     return [m.caption for m in made + filled], texts
 
 
-def blank(folder, *indices):
-    """Make the named views grey all over."""
-    for index in indices:
-        grey = np.full((HEIGHT, WIDTH), 128, np.uint8)
-        cv2.imwrite(str(folder / f"view{index}.png"), grey)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def small_and_on_one_thread():
-    """Small pictures; and OpenCV on one thread, as in the workflow.
+    """Small images; and OpenCV on one thread, as in the workflow.
 
     With several it adds in the order in which they finish, and the last digits differ.
     """
@@ -133,14 +126,16 @@ def drawn(tmp_path_factory):
     return base / "drawn", run(base / "drawn", base / "out", shards=3)
 
 
-def test_the_drawn_camera_is_recovered(drawn):
+def test_study_recovers_the_drawn_camera(drawn):
     _, result = drawn
     seen = Study(result)
     # Five boards of 35 corners found to about 0.05 px: 1 % and 2 px are loose bounds.
-    assert seen.fit("zhang.fx_px") == pytest.approx(FOCAL, rel=0.01)
-    assert seen.fit("zhang.fy_px") == pytest.approx(FOCAL, rel=0.01)
-    assert seen.fit("zhang.u0_px") == pytest.approx((WIDTH - 1) / 2, abs=2)
-    assert seen.fit("zhang.v0_px") == pytest.approx((HEIGHT - 1) / 2, abs=2)
+    focal, centre = (
+        [seen.fit(f"zhang.{name}_px") for name in names]
+        for names in (("fx", "fy"), ("u0", "v0"))
+    )
+    assert focal == pytest.approx([FOCAL] * 2, rel=0.01)
+    assert centre == pytest.approx([(WIDTH - 1) / 2, (HEIGHT - 1) / 2], abs=2)
     # The bend straightens by 1 + k r^2 of the bent radius: k1 begins with -k.
     half_diagonal = np.hypot(WIDTH, HEIGHT) / 2
     k1 = -BEND * (FOCAL / half_diagonal) ** 2
@@ -153,7 +148,7 @@ def test_the_drawn_camera_is_recovered(drawn):
     assert pooled_rms(seen.held_out, "own", "general") < 0.3
 
 
-def test_a_corner_counts_alike_in_whatever_photograph_it_is():
+def test_corners_count_alike_in_every_image():
     def row(corners, rms_px):
         score = Score(corners, rms_px, 0.0, "", np.zeros((corners, 2)))
         image = Image(0, "", "calibrate", True, "", np.zeros((48, 2)), 8, None)
@@ -165,7 +160,7 @@ def test_a_corner_counts_alike_in_whatever_photograph_it_is():
     assert np.isnan(pooled_rms(rows, "own", "general"))
 
 
-def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):
+def test_held_out_images_are_not_calibrated_from(drawn, monkeypatch):
     folder, _ = drawn
     calibrated_from = []
 
@@ -195,14 +190,11 @@ def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):
     assert sorted(kept) == [f"view{i}.png" for i in range(5)]
 
 
-def test_every_photograph_is_judged_once_also_those_for_evaluation(drawn):
+def test_every_image_is_scored_once(drawn):
     seen = Study(drawn[1])
-    assert [row.image.name for row in seen.held_out] == [
-        f"view{i}.png" for i in range(6)
-    ]
-    assert [row.image.name for row in seen.in_sample] == [
-        f"view{i}.png" for i in range(5)
-    ]
+    names = [f"view{i}.png" for i in range(6)]
+    assert [row.image.name for row in seen.held_out] == names
+    assert [row.image.name for row in seen.in_sample] == names[:5]
     for row in seen.held_out:
         zhang = row.own["zhang"]
         assert zhang.corners == 35
@@ -222,7 +214,7 @@ def test_both_models_are_scored_on_the_same_corners(drawn):
             assert row.same["general"].corners <= row.own["general"].corners
 
 
-def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
+def test_numbers_are_independent_of_the_shards(drawn, tmp_path):
     folder, result = drawn
     order = jobs.Order(NAME, "quick", None, str(folder), folder)
     whole = json.loads(result.path.read_text("utf-8"))["trials"]
@@ -246,7 +238,7 @@ def test_the_numbers_do_not_depend_on_the_shards(drawn, tmp_path):
     assert seen == {"image", "fold"}
 
 
-def test_a_figure_is_rendered_whole(drawn, tmp_path):
+def test_figure_is_saved_completely(drawn, tmp_path):
     drawing = report.ext_residuals({"photograph_study": drawn[1]})
     save_drawing(drawing, tmp_path / "residuals")
     written = (tmp_path / "residuals.csv").read_text("utf-8")
@@ -254,14 +246,14 @@ def test_a_figure_is_rendered_whole(drawn, tmp_path):
     assert (tmp_path / "residuals.svg").stat().st_size > 10_000
 
 
-def test_the_page_shows_a_set_that_went_well(drawn):
+def test_page_describes_a_successful_set(drawn):
     captions, texts = produce(drawn[1])
     assert "6 of 6 images" in captions[0]
     assert texts[0] == "drawn: drawn"
     assert "pitch of 20 mm" in texts[1]
 
 
-def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypatch):
+def test_failed_generic_method_leaves_the_rest(drawn, tmp_path, monkeypatch):
     def refuses(*_, **__):
         raise CalibrationError("no board overlaps two others", code="no-overlap")
 
@@ -276,7 +268,7 @@ def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypa
     assert len([row for row in Study(result).held_out if row.own]) == 6
 
 
-def test_odd_names_are_shown_and_mean_nothing(drawn, tmp_path):
+def test_markup_in_names_is_escaped(drawn, tmp_path):
     """In sentences and captions as Markdown; in figures no formula is read in them."""
     shutil.copytree(drawn[1].path.parent, tmp_path / "results")
     path = tmp_path / "results" / drawn[1].path.name
@@ -326,7 +318,9 @@ def test_few_boards_give_reasons(drawn, tmp_path, found):
     folder = tmp_path / "drawn"
     shutil.copytree(drawn[0], folder)
     write_description(folder, description(6))
-    blank(folder, *range(found, 6))
+    for index in range(found, 6):
+        blank = np.full((HEIGHT, WIDTH), 128, np.uint8)
+        cv2.imwrite(str(folder / f"view{index}.png"), blank)
     result = run(folder, tmp_path / "out")
     seen = Study(result)
     assert len(seen.found) == found
@@ -344,7 +338,7 @@ def test_undistortion_is_the_identity_without_distortion(drawn):
     K = [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]]
     pinhole = PerspectiveCamera(np.array(K), [], WIDTH, HEIGHT)
     boards = experiment.boards_of(str(folder), experiment.SIZES["quick"])
-    # The widest corners need no smaller view here, so the picture stays as it is.
+    # The widest corners need no smaller view here, so the image stays as it is.
     result = experiment.undistorted(image_set, {"zhang": pinhole}, boards, WIDTH)
     assert result["zoom"] == 1
     difference = result["zhang"]["picture"].astype(int) - result["original"]
@@ -353,7 +347,7 @@ def test_undistortion_is_the_identity_without_distortion(drawn):
     assert np.allclose(result["zhang"]["corners"], result["corners"], atol=1e-6)
 
 
-def test_corners_lie_where_a_tilted_view_shows_them(tmp_path):
+def test_undistorted_corners_match_the_undistorted_image(tmp_path):
     folder = tmp_path / "one"
     write_drawn_set(folder, tilts=[(20, 10)])
     image_set = load_set(folder)
@@ -368,7 +362,7 @@ def test_corners_lie_where_a_tilted_view_shows_them(tmp_path):
     assert np.median(np.linalg.norm(found - start, axis=2)) < 0.1
 
 
-def test_exercises_know_their_answers(drawn):
+def test_exercise_answers_are_judged_correctly(drawn):
     seen = Study(drawn[1])
     camera, corner = exercise_camera(seen), exercise_corner(seen)
     angle = 2 * np.degrees(np.arctan(WIDTH / 2 / FOCAL))
@@ -390,7 +384,7 @@ def test_exercises_know_their_answers(drawn):
     assert "radial" in check(straight, **task).text
 
 
-def test_exercises_have_a_camera_where_the_set_gives_none(tmp_path):
+def test_exercises_have_a_camera_if_calibration_failed(tmp_path):
     folder = tmp_path / "drawn"
     write_drawn_set(folder, tilts=[(0, 0)])
     seen = Study(run(folder, tmp_path / "out"))

@@ -37,29 +37,23 @@ def scene(seed=0):
     return true, decoded
 
 
-def test_errors_are_multiplied_and_what_was_not_decoded_stays_so():
-    true, decoded = scene()
-    found = DecodingNoise(4.0).points(decoded, true, np.random.default_rng(1))
-    np.testing.assert_allclose(found - true, 4 * (decoded - true), atol=1e-11)
-    assert np.isnan(found[0, :3]).all()
-    assert np.isfinite(found[0, 3:]).all()
-
-
-def test_a_point_whose_truth_is_not_known_stays_where_it_is():
+def test_noise_scales_errors_and_keeps_pixels_without_truth():
     true, decoded = scene()
     true[2, 5] = np.nan
     found = DecodingNoise(4.0).points(decoded, true, np.random.default_rng(1))
+    np.testing.assert_allclose(found - true, 4 * (decoded - true), atol=1e-11)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(decoded))
     np.testing.assert_array_equal(found[2, 5], decoded[2, 5])
 
 
-def test_the_laboratory_changes_nothing_and_draws_nothing():
+def test_low_noise_level_changes_and_draws_nothing():
     true, decoded = scene()
     rng = np.random.default_rng(2)
     assert NOISES["laboratory"].points(decoded, true, rng) is decoded
     assert rng.random() == np.random.default_rng(2).random()
 
 
-def test_white_errors_keep_their_size_and_share_nothing_with_neighbours():
+def test_white_errors_keep_their_size_and_are_uncorrelated():
     true = np.zeros((60, 60, 2))
     smooth = np.stack(np.meshgrid(*[np.linspace(-1, 1, 60)] * 2), axis=-1)
     rng = np.random.default_rng(3)
@@ -88,7 +82,7 @@ def test_sigma_follows_the_factor():
     )
 
 
-def test_factors_and_sweep_are_those_of_the_ledger():
+def test_factors_and_sweep_match_the_ledger():
     entries = {
         e["id"]: e for e in read_yaml(ROOT / "data/published/settings.yaml")["settings"]
     }
@@ -107,13 +101,13 @@ def reading_at(noise):
 
 
 @pytest.mark.parametrize("turned", SWEPT.values())
-def test_a_verdict_that_the_factor_decides_is_left_open(turned):
+def test_verdict_that_the_factor_decides_is_undecided(turned):
     found = over_the_sweep(Case(QUESTIONS), reading_at, lambda noise: noise != turned)
     assert found.verdict == "undecided"
     assert "changes side" in found.reason
 
 
-def test_a_verdict_on_one_side_of_its_bound_stands():
+def test_verdict_on_one_side_of_its_bound_is_kept():
     for side in (True, False):
         made = over_the_sweep(Case(QUESTIONS), reading_at, lambda noise, s=side: s)
         assert made == reading_at(MATCHED)
@@ -127,7 +121,7 @@ def test_a_verdict_on_one_side_of_its_bound_stands():
         {"standard_method": "well conditioned"},
     ],
 )
-def test_the_sweep_is_held_against_the_primary_reading_alone(options):
+def test_sweep_applies_to_the_primary_reading_only(options):
     case = Case(QUESTIONS, options)
 
     def side_at(noise):
@@ -139,7 +133,7 @@ def test_the_sweep_is_held_against_the_primary_reading_alone(options):
 @pytest.mark.parametrize(
     ("least", "verdict"), [(50, "reproduced"), (44, "undecided"), (20, "undecided")]
 )
-def test_a_counterpart_needs_nine_in_ten_along_the_whole_sweep(least, verdict):
+def test_counterpart_needs_nine_of_ten_in_the_whole_sweep(least, verdict):
     def found_at(noise):
         count = least if noise == SWEPT[2.0] else 50
         return np.arange(50) < count, np.ones(50), "", "words"

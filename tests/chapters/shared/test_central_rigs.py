@@ -13,7 +13,7 @@ OMNI, FISH = "onevr-d70", "coolpix-4500-fce8"
 @pytest.mark.parametrize(
     ("other", "binned"), [("-boards", 1), ("-small", 4), ("-boards-small", 2)]
 )
-def test_files_of_one_camera_hold_the_same_camera(name, other, binned):
+def test_rig_files_of_one_camera_agree(name, other, binned):
     whole = rig_named(name).camera.project(POINTS)
     seen = rig_named(name + other).camera.project(POINTS)
     both = whole.valid & seen.valid
@@ -27,7 +27,7 @@ def test_files_of_one_camera_hold_the_same_camera(name, other, binned):
     ("name", "offset_mm"),
     [("aligned-small", 0), ("half-small", 0.5), ("small", 1), ("double-small", 2)],
 )
-def test_the_bracket_is_as_far_off_as_its_file_says(name, offset_mm):
+def test_bracket_offset_matches_its_file(name, offset_mm):
     camera = rig_named(f"{OMNI}-{name}").camera
     aligned = rig_named(f"{OMNI}-aligned-small").camera
     moved = camera.T_viewer_mirror[:3, 3] - aligned.T_viewer_mirror[:3, 3]

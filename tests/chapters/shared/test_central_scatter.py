@@ -45,7 +45,7 @@ def directions_ahead(count):
     return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
-def test_lines_and_plane_of_rays_that_miss_the_centre():
+def test_best_lines_and_scatter_of_non_central_rays():
     d = directions_ahead(4000)
     across = facing_plane(d)
     off = RNG.normal(size=(4000, 2)) * [0.3, 0.1]
@@ -62,7 +62,7 @@ def test_lines_and_plane_of_rays_that_miss_the_centre():
     assert scatter["inside"]
 
 
-def test_every_method_finds_exact_grids_and_says_how_far_it_is_off():
+def test_every_method_recovers_exact_grids():
     d = directions_ahead(300)
     points = seen_along(np.broadcast_to(CENTRE, d.shape), d)
     found = calibrated(points, TrueGrids(CENTRE, POSES, 0.0))
@@ -75,7 +75,7 @@ def test_every_method_finds_exact_grids_and_says_how_far_it_is_off():
     assert 0 < spread.min() < spread.max() < 1
 
 
-def test_a_shift_of_the_image_is_measured_from_what_pixels_see():
+def test_image_shift_is_measured_from_decoded_points():
     v, u = np.indices((60, 80)).astype(float)
 
     def seen(u, v):
@@ -86,7 +86,7 @@ def test_a_shift_of_the_image_is_measured_from_what_pixels_see():
     np.testing.assert_allclose(shift_between(seen(u, v), moved), [1.2, -0.7], atol=0.01)
 
 
-def test_rays_that_grids_share_keep_their_own_pixels():
+def test_shared_rays_keep_their_pixels():
     width, height = 40, 25
     points = seen_along(np.tile(CENTRE, (1000, 1)), directions_ahead(1000))
     blind = RNG.random(1000) < 0.2
@@ -100,7 +100,7 @@ def test_rays_that_grids_share_keep_their_own_pixels():
         np.testing.assert_array_equal(points[:, v * width + u], found.points)
 
 
-def test_the_scatter_of_true_rays_is_how_far_their_lines_pass_the_centre():
+def test_true_scatter_is_the_distance_of_rays_from_the_centre():
     """Wherever on them they begin, as they do at a mirror."""
     d = directions_ahead(3000)
     aside = RNG.normal(0, 0.4, (3000, 3))
@@ -116,7 +116,7 @@ def test_the_scatter_of_true_rays_is_how_far_their_lines_pass_the_centre():
     assert true.scatter_mm == pytest.approx(0.4 * np.sqrt(2), rel=0.05)
 
 
-def test_a_tilted_plane_cuts_parallel_rays_wider():
+def test_tilted_plane_widens_the_scatter():
     count = 3000
     d = np.tile([0.0, 0.0, 1.0], (count, 1))
     off = np.column_stack([RNG.normal(size=(count, 2)) * 0.2, np.zeros(count)])

@@ -44,7 +44,7 @@ def _reads(expression):
         ("Check(\n    holds=bool(found), text='read'\n)", []),
     ],
 )
-def test_a_constant_is_no_check(written, found):
+def test_constant_is_not_a_check(written, found):
     assert decided_before(written) == found
 
 
@@ -57,7 +57,7 @@ def test_every_check_can_fail():
     assert not wrong, f"{', '.join(wrong)}: a check of a constant; check the drawn data"
 
 
-def test_table_3_3_fails_where_a_picture_shows_another_grid():
+def test_table_3_3_check_detects_another_grid():
     def shown(lost):
         def corners(condition):
             whole = 63 if condition["image"] < 7 else 108

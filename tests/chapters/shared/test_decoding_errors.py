@@ -1,4 +1,4 @@
-"""Decoding errors drawn again are like those of rendered pictures."""
+"""Decoding errors drawn again are like those of rendered images."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def seen(tmp_path_factory):
     return grid, cosine
 
 
-def test_what_is_drawn_again_is_like_what_was_rendered(seen):
+def test_redrawn_errors_resemble_rendered_ones(seen):
     grid, cosine = seen
     found = measured_errors([seen])
     again = redrawn_lattice(found, grid.points, cosine, np.random.default_rng(1))
@@ -55,7 +55,7 @@ class _Like:
         self.mask = np.isfinite(location[..., 0])
 
 
-def test_a_lattice_with_gaps_has_the_likeness_of_its_distance():
+def test_redrawn_lattice_is_correlated_by_distance():
     flat = np.zeros((2, 48, 8))
     errors = DecodingErrors(
         np.array([47.0, 38.0]), flat, np.ones((2, 8)), np.array([6.0, 3.0]),
@@ -76,7 +76,7 @@ def test_a_lattice_with_gaps_has_the_likeness_of_its_distance():
     np.testing.assert_allclose(off.std((0, 1)), 1, atol=0.03)
 
 
-def test_bias_lies_where_it_was_measured():
+def test_bias_is_applied_where_it_was_measured():
     bias = np.zeros((2, 48, 8))
     bias[0] = np.sin(2 * np.pi * (np.arange(48) + 0.5) / 48)[:, None]
     errors = DecodingErrors(

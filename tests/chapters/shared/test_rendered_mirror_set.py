@@ -35,7 +35,7 @@ def written(rig, tmp_path_factory):
     return load_mirror_set(folder)
 
 
-def test_it_is_read_and_says_what_was_done(written):
+def test_mirror_set_describes_its_steps(written):
     assert written.size == (768, 576)
     (step,) = written.steps
     assert step.deflection_mm == 5.0
@@ -44,14 +44,14 @@ def test_it_is_read_and_says_what_was_done(written):
     assert len(written.plate.views) == 2
 
 
-def test_the_clamps_points_lie_on_the_first_line_that_shows_the_mirror(rig, written):
+def test_clamp_points_lie_on_the_first_visible_line(rig, written):
     camera = load_camera(written.folder / "truth" / "stage-0.npz")
     line = rig.clamp_pixels(camera, 5)
     gap = np.linalg.norm(np.array(written.clamp.points) - line, axis=1)
     assert 0 < gap.max() < 2
 
 
-def test_its_boards_are_found_where_the_truth_has_them(written):
+def test_boards_are_detected_at_their_true_positions(written):
     poses = read_json(written.folder / "truth" / "poses.json")["T_camera_target"]
     (step,) = written.steps
     size = STEP_BOARD.columns, STEP_BOARD.rows
@@ -59,12 +59,12 @@ def test_its_boards_are_found_where_the_truth_has_them(written):
         camera = load_camera(written.folder / "truth" / f"stage-{stage}.npz")
         points = transform(np.array(poses[name]), on_plane(STEP_BOARD.points()))
         true = camera.project(points).pixels
-        picture = cv2.imread(str(written.stages.folder / name), cv2.IMREAD_GRAYSCALE)
-        found = find_board(picture, *size)
+        image = cv2.imread(str(written.stages.folder / name), cv2.IMREAD_GRAYSCALE)
+        found = find_board(image, *size)
         assert found.found
         gap = np.linalg.norm(found.corners[:, None] - true, axis=2).min(axis=1)
         assert np.median(gap) < 0.05
     plate = written.plate
     for view in plate.views:
-        picture = cv2.imread(str(plate.folder / view.image), cv2.IMREAD_GRAYSCALE)
-        assert find_board(picture, plate.target.columns, plate.target.rows).found
+        image = cv2.imread(str(plate.folder / view.image), cv2.IMREAD_GRAYSCALE)
+        assert find_board(image, plate.target.columns, plate.target.rows).found

@@ -10,7 +10,7 @@ from tests.corner_check import fitted_corner
 @pytest.mark.parametrize(
     "board", [SyntheticBoard(), SyntheticBoard(50.0), SyntheticBoard(yaw_deg=40.0)]
 )
-def test_pictured_corners_are_the_true_ones(board):
+def test_image_corners_are_the_true_ones(board):
     image = board.image(blur_px=0.0).astype(float) / 255
     lattice = board.corners.reshape(board.rows, board.columns, 2)
     along = np.gradient(lattice, axis=1)
@@ -25,26 +25,26 @@ def test_pictured_corners_are_the_true_ones(board):
         assert np.linalg.norm(corner - lattice[row, column]) < 0.03
 
 
-def test_diagonal_of_the_flat_picture_spans_the_field_of_view():
+def test_flat_board_diagonal_spans_the_field_of_view():
     assert 2 * np.arctan(500 * np.sqrt(2) / SyntheticBoard().focal_px) == pytest.approx(
         np.radians(134)
     )
 
 
-def test_plane_reaches_the_camera_at_the_angle_of_the_outermost_corner():
+def test_board_plane_reaches_the_camera_at_the_limiting_yaw():
     limit = np.degrees(np.arcsin(SyntheticBoard().focal_px / 400))
     assert not np.isnan(SyntheticBoard(yaw_deg=limit - 0.1).corners).any()
     assert np.isnan(SyntheticBoard(yaw_deg=limit + 0.1).corners).any()
 
 
-def test_yaw_about_the_vertical_keeps_the_mirror_symmetry_of_top_and_bottom():
+def test_yaw_keeps_the_symmetry_of_top_and_bottom():
     board = SyntheticBoard(yaw_deg=30.0)
     lattice = board.corners.reshape(board.rows, board.columns, 2)
     np.testing.assert_allclose(lattice[::-1, :, 1], 999 - lattice[:, :, 1], atol=1e-9)
     np.testing.assert_allclose(lattice[::-1, :, 0], lattice[:, :, 0], atol=1e-9)
 
 
-def test_the_lattice_goes_by_row_and_column():
+def test_lattice_is_indexed_by_row_and_column():
     board = SyntheticBoard(50.0)
     row_by_row = board.corners[3 * board.columns + 5]
     np.testing.assert_array_equal(board.lattice[3, 5], row_by_row)
@@ -53,7 +53,7 @@ def test_the_lattice_goes_by_row_and_column():
     np.testing.assert_allclose(board.place(points), board.corners, atol=1e-9)
 
 
-def test_outer_corners_go_clockwise_from_the_upper_left():
+def test_outer_corners_are_clockwise_from_upper_left():
     u, v = SyntheticBoard().outer_corners.T
     assert u[0] < u[1]
     assert v[1] < v[2]
@@ -61,7 +61,7 @@ def test_outer_corners_go_clockwise_from_the_upper_left():
     assert v[0] < v[3]
 
 
-def test_noise_has_its_sd_and_the_levels_hold():
+def test_noise_has_its_sd_and_levels_are_kept():
     board = SyntheticBoard()
     clean = board.image(levels=(64.0, 191.0)).astype(float)
     noisy = board.image(
@@ -72,7 +72,7 @@ def test_noise_has_its_sd_and_the_levels_hold():
     assert (noisy - clean).std() == pytest.approx(np.hypot(10, 1 / 12**0.5), rel=0.01)
 
 
-def test_clicks_scatter_as_a_user_and_stay_within_the_cap():
+def test_clicks_scatter_within_the_cap():
     rng = np.random.default_rng(5)
     truth = SyntheticBoard().outer_corners
     offsets = np.array([clicks(truth, rng) - truth for _ in range(2000)])

@@ -13,7 +13,7 @@ def in_base(T_base_grid, points):
 
 
 @pytest.mark.parametrize("camera", [scene_of.radial_lens(), scene_of.equidistance(150)])
-def test_clean_points_lie_on_the_rays_ahead_of_the_camera(camera):
+def test_clean_points_lie_on_forward_rays(camera):
     rng = np.random.default_rng(1)
     scene = scene_of.draw_scene(camera, 0.0, rng, grids=4)
     reach = in_base(scene.T_base_grid, scene.points) - scene_of.CENTRE_MM
@@ -26,7 +26,7 @@ def test_clean_points_lie_on_the_rays_ahead_of_the_camera(camera):
     assert incidence.min() >= scene_of.MIN_INCIDENCE
 
 
-def test_circle_shows_the_field_of_view():
+def test_pixels_cover_the_field_of_view():
     rng = np.random.default_rng(2)
     scene = scene_of.draw_scene(scene_of.radial_lens(), 0.0, rng)
     radius = np.linalg.norm(scene.pixels - scene_of.PRINCIPAL, axis=1)
@@ -36,7 +36,7 @@ def test_circle_shows_the_field_of_view():
 
 
 @pytest.mark.parametrize("domain", ["px", "mm"])
-def test_noise_of_the_grids_is_independent(domain):
+def test_grid_noise_is_independent(domain):
     rng = np.random.default_rng(3)
     scene = scene_of.draw_scene(
         scene_of.radial_lens(), 0.5, rng, domain=domain, rays=4000
@@ -48,7 +48,7 @@ def test_noise_of_the_grids_is_independent(domain):
     assert np.abs(correlation).max() < bound
 
 
-def test_grids_have_a_limited_size_when_asked():
+def test_grids_are_limited_in_size():
     rng = np.random.default_rng(4)
     camera, poses = scene_of.radial_lens(), scene_of.draw_poses(rng, euler_deg=10)
     pixels = scene_of.draw_pixels(camera, poses, rng, 200, half_mm=250)
@@ -64,7 +64,7 @@ def test_exact_points_give_the_centre():
     assert np.abs(found.centre - scene_of.CENTRE_MM).max() < 1e-8
 
 
-def test_grids_are_tilted_and_shifted_to_both_sides():
+def test_grid_tilts_and_shifts_are_symmetric():
     rng = np.random.default_rng(8)
     poses = np.concatenate([scene_of.draw_poses(rng)[1:] for _ in range(200)])
     small = np.concatenate([scene_of.draw_poses(rng, 3, 1.0)[1:] for _ in range(200)])
