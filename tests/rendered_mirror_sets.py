@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from chapters.shared.mirror.images import platter_camera, platter_picture
+from chapters.shared.mirror.images import platter_camera, platter_image
 from chapters.shared.mirror.rigs import BACK_PROJECTION_MM, DYNAMIC_MM
 from raxel.io.files import write_json, write_whole
 from raxel.lab.set_rendering import photograph_board, render_set, write_picture
@@ -93,7 +93,7 @@ def _write_plate(rig, platter, folder, seed):
     names = [f"{name}.png" for name in rig.monitor.poses.names]
     for k, name in enumerate(names):
         rng = np.random.default_rng([seed, PLATE, k])
-        write_picture(folder / name, platter_picture(rig, platter, rng))
+        write_picture(folder / name, platter_image(rig, platter, rng))
     _write_boards(rig, "plate", platter.board, names, folder)
 
 

@@ -16,7 +16,7 @@ B3, B5, CELL_MM = -0.02, 0.012, 40.0
 
 
 # Of (3.23) for the profile with the orders 3 and 5.
-LARGEST_ERROR = largest(
+MAX_ERROR_RAD = largest(
     formula_error(sum_of_orders({1: 1.0, 3: B3, 5: B5}), 4, phases(3600))
 )
 
@@ -53,7 +53,7 @@ def alias_task():
 def steps_task():
     """|b3 + b5| / b1 is 0.008 rad. A cell of 40 mm is 2 pi rad, so 0.051 mm."""
     return {
-        "expected": lambda: CELL_MM * LARGEST_ERROR / (2 * np.pi),
+        "expected": lambda: CELL_MM * MAX_ERROR_RAD / (2 * np.pi),
         "hint": "a period of 2 pi rad is one cell",
         "slips": {
             "Amplitudes add with their signs.": lambda: (

@@ -138,7 +138,7 @@ SIZES = {"quick": 0.4, "full": 1.0}
 
 
 # %%
-def picture_trial(condition, rng):
+def image_trial(condition, rng):
     """Render the room, unwrap the image, detect its uprights."""
     lab = simulator(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
@@ -162,7 +162,7 @@ def picture_trial(condition, rng):
 def image(effort):
     """The room in the mirror, and its panorama."""
     settings = {"rig": RIG, "size": "pixels each way, as a share"}
-    return Plan(picture_trial, [{"size": SIZES[effort]}], 1, settings)
+    return Plan(image_trial, [{"size": SIZES[effort]}], 1, settings)
 
 
 def resolution_trial(condition, rng):

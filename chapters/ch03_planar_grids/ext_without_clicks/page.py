@@ -156,12 +156,12 @@ def rejections(board):
         "two boards, size not given": (two, None, None),
     }
     out = {}
-    for name, (picture, *size) in asked.items():
-        found = find_board(picture, *size)
+    for name, (image, *size) in asked.items():
+        found = find_board(image, *size)
         out[name] = {"refused": not found.found}
         true = board.corners - [cut, 0] if "cropped" in name else board.corners
         if "two" not in name:
-            out[name]["share"] = handed_over(found, true, columns, picture.shape)
+            out[name]["share"] = handed_over(found, true, columns, image.shape)
     return out
 
 

@@ -59,7 +59,7 @@ MAX_SIDE_RATIO = 3
 DRAWS = 2000
 
 
-class BoardPicture(NamedTuple):
+class BoardImage(NamedTuple):
     """An image uint8 (h, w) and the true corners (rows, columns, 2) px."""
 
     image: np.ndarray
@@ -122,7 +122,7 @@ def lattice_at(camera, T_camera_board):
 
 
 def board_view(name, size, least_px, rng):
-    """Return a moderately distorted BoardPicture of camera `name`, random pose.
+    """Return a moderately distorted BoardImage of camera `name`, random pose.
 
     Moderate: every side of a square is at least least_px long, and none more
     than MAX_SIDE_RATIO times as long as another.
@@ -138,9 +138,7 @@ def board_view(name, size, least_px, rng):
         sides = steps_between(lattice)
         even = sides.max() <= MAX_SIDE_RATIO * sides.min()
         if even and sides.min() >= least_px:
-            return BoardPicture(
-                rendered_board(name, size, T_camera_board, rng), lattice
-            )
+            return BoardImage(rendered_board(name, size, T_camera_board, rng), lattice)
     raise ValueError(f"no pose with the whole board in sight of {name}")
 
 

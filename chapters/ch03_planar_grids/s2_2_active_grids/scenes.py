@@ -39,7 +39,7 @@ def edge_errors(images, patterns, points, cell_mm):
     """RMS distances (px), along columns, of the code's edges from the true ones.
 
     Charge flows along columns, so the edges across them are measured, of the code
-    along y. pictures: (n, H, W) grey values; patterns: n `Pattern`, what each shows;
+    along y. images: (n, H, W) grey values; patterns: n `Pattern`, what each shows;
     points: (H, W, 2) mm, what each pixel sees of the monitor; cell_mm: width of a cell.
     """
     own = {
@@ -357,7 +357,7 @@ class MonitorView:
         lab = replace(lab, sensor=sensor or lab.sensor, optics=optics or lab.optics)
         return np.array([lab.develop(one, rng) for one in radiances])
 
-    def decoded(self, pictures, patterns, **given):
+    def decoded(self, images, patterns, **given):
         """`decode` of images of the rig's monitor, as if it were linear."""
         settings = {"linear": True, "threads": 1, **given}
-        return decode(pictures, patterns, self.rig.target, **settings)
+        return decode(images, patterns, self.rig.target, **settings)

@@ -13,10 +13,10 @@ from chapters.ch03_planar_grids.s3_1_robustness.report import (
     sweeps_under,
 )
 from chapters.shared.grids import (
-    FARTHEST_START_PX,
     HALF_WINDOWS,
     LOCALISED_PX,
     LOST_PX,
+    MAX_START_PX,
     SIZE_PX,
     farthest_start,
     worst_within,
@@ -90,7 +90,7 @@ def judge_localise_converges(results, options):
     """
     result, window = results["fig_3_11_localised"], options["localiser_window"]
     side, worst = 2 * HALF_WINDOWS[window] + 1, worst_within(result, window)
-    left = result.column(window, "left_share", start_px=FARTHEST_START_PX).mean()
+    left = result.column(window, "left_share", start_px=MAX_START_PX).mean()
     return Reading.of(
         HOLDS if worst < LOCALISED_PX else FAILS,
         Estimate(worst, worst, worst),

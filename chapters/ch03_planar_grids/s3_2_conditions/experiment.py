@@ -134,10 +134,10 @@ def eight_orders(image, lattice, offsets):
     """
     areas = corner_areas(lattice)
     values = {"area_ratio": float(areas.max() / areas.min())}
-    for tone, picture in {"": image, "linear_": undo_srgb(image)}.items():
+    for tone, toned in {"": image, "linear_": undo_srgb(image)}.items():
         for reverse, way in ((False, "clockwise"), (True, "reverse")):
             for rank, first in enumerate(np.argsort(areas)):
-                clicked = run(picture, lattice, offsets, int(first), reverse)
+                clicked = run(toned, lattice, offsets, int(first), reverse)
                 values[f"{tone}{way}_{rank}"] = clicked.right
                 values[f"{tone}{way}_{rank}_stage"] = clicked.stage
     return values
@@ -528,7 +528,7 @@ def border_distance(corners, image):
 
 def partial_trial(condition, rng):
     """Return the largest part of CELECT and of OpenCV in one image of a large grid."""
-    sheet, image = _large_picture(condition, rng)
+    sheet, image = _large_image(condition, rng)
     offsets = draw_clicks(rng)
     stages = Counter()
 
@@ -549,11 +549,11 @@ def partial_trial(condition, rng):
 
 def partial_sb_trial(condition, rng):
     """Return the largest part of OpenCV's sector-based detector in the same image."""
-    image = _large_picture(condition, rng)
+    image = _large_image(condition, rng)
     return {OPENCV_SB: _by_detector(OPENCV_SB, *image, condition["next_share"])}
 
 
-def _large_picture(condition, rng):
+def _large_image(condition, rng):
     sheet = sheet_of(f"large-{condition['camera']}", rng)
     return sheet, whole_image(sheet, sheet.rig.light.draw(rng, sheet.rig.extent))
 

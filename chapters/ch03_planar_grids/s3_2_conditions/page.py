@@ -201,7 +201,7 @@ def contrast_trial(condition, rng):
         image, lattice = cropped_image(sheet, lit)
         spotless, _ = cropped_image(clean, lit)
         runs, clean_runs = (
-            both_tones(picture, lattice, offsets) for picture in (image, spotless)
+            both_tones(shown, lattice, offsets) for shown in (image, spotless)
         )
         values[level_name(level)] = {
             "contrast_grey": contrast(image, lattice),

@@ -144,8 +144,8 @@ def numbers_fig_3_14(results):
                     float(sizes[0]),
                     interval=(float(sizes.min()), float(sizes.max())),
                     unit="corners",
-                    reason="in the picture drawn; the range is over "
-                    f"{len(counts)} pictures, whose parts have {others} "
+                    reason="in the image drawn; the range is over "
+                    f"{len(counts)} images, whose parts have {others} "
                     "corners",
                 )
     return found

@@ -101,18 +101,18 @@ def grid_view(set_name, image, seed, poses, without=None):
     rig = wiped(rig, without)
     number = list(SETS).index(set_name)
     specimen = np.random.default_rng([seed, number, SPECIMEN])
-    picture = saved(rig, light, deepcopy(draws), specimen)
+    saved_image = saved(rig, light, deepcopy(draws), specimen)
     points = on_plane(rig.target.points())
     corners = rig.camera.project(transform(pose, points)).pixels
     columns, rows = rig.target.columns, rig.target.rows
     lattice = clockwise(corners.reshape(rows, columns, 2))
     return GridView(
-        grey_of(picture),
+        grey_of(saved_image),
         lattice.reshape(-1, 2),
         columns,
         rows,
         outer(lattice),
-        picture,
+        saved_image,
         rig.target.pitch_mm,
     )
 
@@ -300,7 +300,7 @@ def share_found(image, truth):
 def drawn(view, result):
     """Return arrays for Figs 3.12 and 3.13: a crop of the image, and CELECT's corners.
 
-    picture: (h, w[, 3]) uint8, reduced by a whole factor; place: (3,) pixel (u, v)
+    image: (h, w[, 3]) uint8, reduced by a whole factor; place: (3,) pixel (u, v)
     of its corner, and that factor; lattice: (rows, columns, 2), NaN where CELECT
     has no corner; detected: (m, 2) corners as detected.
     """

@@ -328,7 +328,7 @@ def numbers_sec_3_3_2(results):
     } | {
         "s3_3_2_sph_noise_fail": Value(
             int((clean & ~spotted).sum()),
-            reason="right once the mirror has no flaws; of the 15 pictures of one seed",
+            reason="right once the mirror has no flaws; of the 15 images of one run",
         ),
         "s3_3_2_total": Value(ours.shape[1], unit="count"),
         "s3_3_2_prec": Value(precision_px, unit="px"),

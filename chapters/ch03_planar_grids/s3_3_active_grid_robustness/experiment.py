@@ -126,17 +126,17 @@ def robustness_trial(condition, rng):
     seen = {AS_TAKEN: location_as_taken(name, condition["second"])}
     seen[AS_FIRST] = seen[AS_TAKEN]
     if changed:
-        second = pictures_of(name, condition["second"])
+        second = images_of(name, condition["second"])
         second = degraded([second], condition, rng)[0]
         seen[AS_FIRST] = location_of(second, patterns, target)
-    first = [bright_pictures_of(name, condition["first"], e) for e in EXPOSURES]
+    first = [bright_images_of(name, condition["first"], e) for e in EXPOSURES]
     first = degraded(first, condition, rng) if changed else first
-    said = {"least_square_px": min_step(true)}
+    out = {"least_square_px": min_step(true)}
     for exposure, (board, *shown) in zip(EXPOSURES, first, strict=True):
         location = location_of(shown, patterns, target)
         found = by_methods(board, location, starts, true, points)
-        said[exposure] = scores(found, seen, true, points)
-    return said
+        out[exposure] = scores(found, seen, true, points)
+    return out
 
 
 @lru_cache(maxsize=4)
@@ -148,7 +148,7 @@ def opened(name):
 
 
 @lru_cache(maxsize=2)
-def pictures_of(name, view):
+def images_of(name, view):
     """Return images (n, H, W) uint8 of a view: chessboard if any, then patterns."""
     image_set, views = opened(name)
     files = [pattern.image for pattern in views[view].patterns]
@@ -157,9 +157,9 @@ def pictures_of(name, view):
 
 
 @lru_cache(maxsize=4)
-def bright_pictures_of(name, view, exposure):
-    """Return `pictures_of` a view with an exposure, (n, H, W) uint8."""
-    images = pictures_of(name, view)
+def bright_images_of(name, view, exposure):
+    """Return `images_of` a view with an exposure, (n, H, W) uint8."""
+    images = images_of(name, view)
     if exposure == WITHIN:
         return images
     sensor = rig_named(name.partition("/")[0]).sensor
@@ -170,7 +170,7 @@ def bright_pictures_of(name, view, exposure):
 def location_as_taken(name, view):
     """Return the grid position that each pixel of a view sees, (H, W, 2) mm."""
     image_set, views = opened(name)
-    images = pictures_of(name, view)
+    images = images_of(name, view)
     return location_of(images, views[view].patterns, image_set.target)
 
 
@@ -245,21 +245,21 @@ def scores(found, seen, true, points):
 
     found: from `by_methods`; seen: {interpretation: location of the second grid}.
     """
-    said = {}
+    out = {}
     for (method, window), corners in found.items():
         off = np.linalg.norm(corners - true, axis=1)
-        said[f"{window}.off_px.{method}"] = rms(off)
-        said[f"{window}.lost.{method}"] = int(np.isnan(off).sum())
+        out[f"{window}.off_px.{method}"] = rms(off)
+        out[f"{window}.lost.{method}"] = int(np.isnan(off).sum())
         for again, second in seen.items():
             residual = residual_mm(corners, second, points)
-            said[f"{window}.{again}.{method}"] = residual
-    return said
+            out[f"{window}.{again}.{method}"] = residual
+    return out
 
 
 def corners_of(image_set):
     """Return {chessboard image: its true corners (N, 2) px}."""
     truth = read_json(image_set.folder / "truth" / "corners.json")["images"]
-    return {name: np.array(said["corners"]) for name, said in truth.items()}
+    return {name: np.array(one["corners"]) for name, one in truth.items()}
 
 
 def by_static_methods(board, starts):

@@ -14,7 +14,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
     capture_of,
     corner_conditions,
     decoded,
-    pictures_of,
+    images_of,
     residual_of,
     rig_of,
     square_px,
@@ -64,7 +64,7 @@ def filter_trial(condition, rng):
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
     image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
-    images, others = pictures_of(image_set, view)
+    images, others = images_of(image_set, view)
     images = np.array([resample(image, sources) for image in images])
     lit = {k: resample(others[k], sources) for k in ("white", "black") if k in others}
     metric = image_set.target.chessboard_points()
@@ -440,7 +440,7 @@ def straight_trial(condition, rng):
 def edge_in_both(grid, path, images):
     """Return points of an edge before and after remapping, projected and detected.
 
-    path: pixels (n, 2) that see it; pictures: before and after. Returns (m, 2) px
+    path: pixels (n, 2) that see it; images: before and after. Returns (m, 2) px
     each: projected before, projected after, detected before and after; empty if too
     little of the edge is decoded.
     """

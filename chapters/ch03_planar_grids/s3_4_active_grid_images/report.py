@@ -16,7 +16,7 @@ from repro.run import Case, Check, Drawing, Measured, Table, columns, figure, ta
 # Results of section 3.3.4 by simulated run, and the numbers that its prose quotes.
 
 
-CORNERS, FAR = "table_3_8_corners", "exp_c3_params_square"
+CORNERS, FAR_CORNERS = "table_3_8_corners", "exp_c3_params_square"
 LINES, HALF_PITCH = "fig_3_17_lines", "exp_c3_pitch_vertical"
 FACETS, NATIVE = "fig_3_18_facets", "exp_c3_t38_native"
 # Questions that the text does not settle: option in the registry -> name in the trials.
@@ -56,7 +56,9 @@ class Corners:
         taken = Case(NAMES, options)
         changed = {taken["undistorted_bits"], taken["edge_blur"]} - {"near"}
         case = "far" if far else min(changed, default="near")
-        self.trials = results[FAR if far else taken["picture_pixels"]].select(case=case)
+        self.trials = results[FAR_CORNERS if far else taken["picture_pixels"]].select(
+            case=case
+        )
         self.lens = taken["lens_left"]
         self.names = dict(zip(METHODS, METHODS, strict=True)) | {
             "OpenCV": taken["opencv_window"],

@@ -35,7 +35,7 @@ def capture_of(rig, seed, pose=0):
     return image_set, image_set.views[pose]
 
 
-def pictures_of(image_set, view):
+def images_of(image_set, view):
     """Return patterns (n, H, W), and white, black and chessboard by name."""
     patterns = np.array(
         [read_image(image_set, pattern.image) for pattern in view.patterns]
@@ -53,7 +53,7 @@ def decoded(image_set, view, prepare=lambda image: image, **options):
 
     prepare: applied to every image first; options: of `decode`.
     """
-    patterns, others = pictures_of(image_set, view)
+    patterns, others = images_of(image_set, view)
     others = {name: prepare(image) for name, image in others.items()}
     chessboard = others.pop("chessboard", None)
     found = decode(

@@ -117,7 +117,7 @@ SPAN = (-0.38, 0.38)
 TIP_MM, SCENE_MM = 16.7, 800.0
 ANCHORS = (0.9, 1.0, 1.1)
 SLOPES2 = (0.001, 0.0036, 0.01, 0.02, 0.036, 0.06, 0.1, 0.2, 0.4)
-FAR = tuple(float(z) for z in np.geomspace(10, 100, 7))
+FAR_DEPTHS = tuple(float(z) for z in np.geomspace(10, 100, 7))
 """Depths of distant scenes, in camera distances."""
 DEFECT_RAD = 1e-3
 DEFECT_DEPTHS_MM = (250.0, 500.0, 1000.0, 2500.0, 5000.0, 10000.0)

@@ -14,7 +14,7 @@ from chapters.ch05_flexible_mirror.s1_model.exercises import (
 )
 from chapters.ch05_flexible_mirror.s1_model.experiment import (
     DEFECT_DEPTHS_MM,
-    FAR,
+    FAR_DEPTHS,
     ON_EDGE_SD_PX,
     PAIRS,
     PICK_SD_PX,
@@ -204,7 +204,7 @@ def ends(effort):
 @experiment("exp_c5_lin_ok_far", artefact="sec_5_2_2")
 def far(effort):
     """Scene rays of distant points before and after bending."""
-    return Plan(far_trial, crossed(depth=FAR), 1)
+    return Plan(far_trial, crossed(depth=FAR_DEPTHS), 1)
 
 
 @experiment("exp_c5_aberr_depth", artefact="fig_5_6")

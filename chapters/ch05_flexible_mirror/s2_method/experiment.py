@@ -22,7 +22,7 @@ from chapters.shared.mirror import (
     lattice,
     load_height,
     mirror_rig,
-    platter_picture,
+    platter_image,
     poses_in_platter,
     primary,
     ray_angles,
@@ -64,7 +64,7 @@ class StepsSeen(NamedTuple):
     """Inputs of the calibrations with all numbers of knots.
 
     viewer; pixels, points, poses: of the monitor, as for `primary_from_points`;
-    line: the clamp's; pictures: {step, mm: pixels (2, N, 2) before and after}.
+    line: the clamp's; corner_pairs: {step, mm: pixels (2, N, 2) before and after}.
     """
 
     viewer: object
@@ -72,7 +72,7 @@ class StepsSeen(NamedTuple):
     points: np.ndarray
     poses: object
     line: object
-    pictures: dict
+    corner_pairs: dict
 
 
 def knots_trial(condition, rng, errors):
@@ -143,9 +143,9 @@ def recalibrated(rig, seen, shape, cameras):
             span=seen.line.points(CLAMP_PICKS),
         )  # fmt: skip
     except CalibrationError:
-        return [(mm, None) for mm in seen.pictures]
+        return [(mm, None) for mm in seen.corner_pairs]
     held, found = fixed_line(first.camera, seen.line)._replace(slopes=None), []
-    for mm, pair in seen.pictures.items():
+    for mm, pair in seen.corner_pairs.items():
         try:
             stage = deflected(first.camera, cameras[mm], pair, board, held, method)
             found.append((mm, stage.camera))
@@ -177,7 +177,7 @@ def platter_trial(condition, rng):
     rig = mirror_rig("A", small=True)
     (shown,) = (p for p in patterns_of(rig.monitor.patterns) if p.image == SHOWN)
     T = rig.monitor_poses()[0]
-    return {"picture": platter_picture(rig, rig.platter(), rng, T, shown)}
+    return {"picture": platter_image(rig, rig.platter(), rng, T, shown)}
 
 
 # One run of SPFC2, watched: which stage of the code followed which (Fig. 5.4).

@@ -94,7 +94,7 @@ def name_values(open_results):
 # From above, from behind the camera and its right, where the monitor shows its face.
 SIGHT, BODY_MM, RIM = (-0.45, 0.5, 0.85), 45.0, 96
 SILVER, GREY = "#9fb4c7", "#6b7785"
-NEAR, FAR, IMAGE = (series(k)["color"] for k in (0, 2, 1))
+NEAR_COLOUR, FAR_COLOUR, IMAGE = (series(k)["color"] for k in (0, 2, 1))
 ON_BOARD, RAY = "platter on its board", "rays"
 N_POINTS, EXACT_PX = 3, 1e-6
 NOTE = (
@@ -175,8 +175,8 @@ def setup_parts(rig, platter, poses, T_virtual, seen):
         *mirrors(rig.rig.camera, "flexible mirror", opacity=0.7),
         *board(platter.board, platter.T_camera_board, label=ON_BOARD),
         Surface(ring, SILVER, 1.0, ON_BOARD),
-        *board(rig.monitor.target, poses[0], label="monitor", colour=NEAR),
-        *_outline(rig, poses[1], FAR, "second position"),
+        *board(rig.monitor.target, poses[0], label="monitor", colour=NEAR_COLOUR),
+        *_outline(rig, poses[1], FAR_COLOUR, "second position"),
         *_outline(rig, T_virtual, IMAGE, "its mirror image"),
         Segments(np.zeros_like(met), met, GREY, RAY, 1.4),
         Segments(met, there, GREY, RAY, 1.4),

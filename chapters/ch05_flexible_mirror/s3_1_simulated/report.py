@@ -55,8 +55,8 @@ OPTIONS = {
     "grid_size": {"fills the view": "fills", "one size": "one size"},
 }
 NOISY = SWEEPS["noise"][1:]
-FAR = [depth for depth in SWEEPS["depth"] if depth >= 3000]
-NEAR = [depth for depth in SWEEPS["depth"] if depth <= 3000]
+FAR_DEPTHS_MM = [depth for depth in SWEEPS["depth"] if depth >= 3000]
+NEAR_DEPTHS_MM = [depth for depth in SWEEPS["depth"] if depth <= 3000]
 MEAN_OF_BEAM = 3 / 8
 """Mean deflection of the beam (5.1) over that of its tip."""
 
@@ -394,7 +394,9 @@ def judge_depth_decreases(results, options):
     """Linear: falls at every step. Final: rank correlation <= -0.7 up to 3 m."""
     case, result = Case(OPTIONS, options), results[RESULT]
     falls, ratio, at = _monotonic(case, result, "depth", rising=False)
-    rank = over_levels(case, errors(case, result, "depth", "final", NEAR), _ranks)
+    rank = over_levels(
+        case, errors(case, result, "depth", "final", NEAR_DEPTHS_MM), _ranks
+    )
     return Reading.of(
         all_of([falls, rank.below(MAX_RANK + 1e-9)]),
         rank,
@@ -408,7 +410,7 @@ def judge_depth_decreases(results, options):
 def judge_depth_saturates(results, options):
     """From 3 m on: the final error within 10 % of that at 3 m, at every level."""
     case, result = Case(OPTIONS, options), results[RESULT]
-    first, *others = errors(case, result, "depth", "final", FAR)
+    first, *others = errors(case, result, "depth", "final", FAR_DEPTHS_MM)
     ratios = [
         over_levels(case, [first, other], lambda y: y[1] / y[0]) for other in others
     ]
@@ -417,7 +419,7 @@ def judge_depth_saturates(results, options):
         all_of([one.within(*UNCHANGED) for one in ratios]),
         most,
         reason=f"final error beyond 3000 mm over that at 3000 mm, where it is "
-        f"farthest from 1: {FAR[1 + ratios.index(most)]:g} mm",
+        f"farthest from 1: {FAR_DEPTHS_MM[1 + ratios.index(most)]:g} mm",
     )
 
 

@@ -13,7 +13,7 @@ from chapters.shared.mirror import (
     LEVEL,
     PUBLISHED,
     back_projection,
-    board_picture,
+    board_image,
     lattice,
     lengths,
     mirror_rig,
@@ -54,7 +54,7 @@ SETTINGS = {
 }
 
 
-def picture_trial(condition, rng):
+def image_trial(condition, rng):
     """Two images (h, w) uint8 of one board, and its displacement in the uneven mirror.
 
     moved.<depth>: mean displacement, mm, of the point that a pixel sees at a depth. The
@@ -67,8 +67,8 @@ def picture_trial(condition, rng):
     T = rig.board_pose(rng, DEPTH_MM)
     moved = {f"{depth:g}": aside(even, uneven, depth) for depth in DEPTHS_MM}
     return {
-        "even": board_picture(rig, even, T, rng).picture,
-        "uneven": board_picture(rig, uneven, T, rng).picture,
+        "even": board_image(rig, even, T, rng).image,
+        "uneven": board_image(rig, uneven, T, rng).image,
         "moved": moved,
     }
 
@@ -314,14 +314,14 @@ RUN_SETTINGS = {
 class Bent(NamedTuple):
     """One mirror before and after its deflection, and its images.
 
-    cameras: the two true ones; first: Primary of the first one; pictures: two arrays
+    cameras: the two true ones; first: Primary of the first one; corner_pair: two arrays
     (182, 2) px of the board's corners.
     """
 
     rig: object
     cameras: tuple
     first: object
-    pictures: tuple
+    corner_pair: tuple
 
     @property
     def angle(self):
@@ -444,7 +444,7 @@ def calibrated(bent, way):
     """The primary curve, and the ReducedCalibration after the deflection."""
     before = before_bending(bent, way)
     camera = bent.camera(before)
-    first, second = bent.pictures
+    first, second = bent.corner_pair
     T = pose_from_non_central_rays(camera.rays(first), bent.points).T_camera_grid
     points = in_plane(transform(T, on_plane(bent.points)), bent.angle)
     both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)

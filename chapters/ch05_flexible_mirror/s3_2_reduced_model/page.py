@@ -23,7 +23,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     calibrated,
     curves_trial,
     distances_next_to,
-    picture_trial,
+    image_trial,
     reduced_trial,
     sensitivity_trial,
 )
@@ -90,7 +90,7 @@ FEWER = {"quick": 1, "full": 20}
 #   two printed numbers of stage 0, the flat mirror ([5.3.3a](s3_3_calibration.ipynb)).
 #   *First solved error level*: larger noise and waves, from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
-# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
+# - *Rig A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -128,7 +128,7 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # ## Experiment
 #
-# Geometry A replaces the thesis's camera, which is not stated. Corners and decoded
+# Rig A replaces the thesis's camera, which is not stated. Corners and decoded
 # points have the errors of rendered images. Every run draws boards, poses of monitor
 # and reference mirror, waves and all errors. Four unstated choices are varied as
 # interpretations: frame of the scan, kind of cubic, data of the primary curve and
@@ -154,7 +154,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A at all levels, calibrated in every interpretation."""
+    """Rig A at all levels, calibrated in every interpretation."""
     return _plan(results, BENCHES, SEEDS[effort], OTHER_WAYS)
 
 
@@ -162,7 +162,7 @@ def runs(effort, results):
     "fig_5_7_swept", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the primary level's numbers."""
+    """Rig A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEPT, FEWER[effort])
 
 
@@ -196,7 +196,7 @@ def sensitivity(effort):
 @experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
 def images(effort):
     """Fig. 5.6: a chessboard 5 m away, in a smooth mirror and in an uneven one."""
-    return Plan(picture_trial, [{"geometry": "A"}], 1, SETTINGS)
+    return Plan(image_trial, [{"geometry": "A"}], 1, SETTINGS)
 
 
 # %% [markdown]

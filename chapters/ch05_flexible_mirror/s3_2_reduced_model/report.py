@@ -10,8 +10,8 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
 from chapters.shared.mirror import (
     CONTRASTED,
     LEVEL,
+    LEVEL_NAMES,
     READINGS,
-    SAID,
     counterpart_over_the_sweep,
 )
 from chapters.shared.mirror import SWEPT as ENDS
@@ -122,7 +122,7 @@ def fig_5_6(results):
         drawn,
         {"depth_mm": list(map(float, depths)), "mean_displacement_mm": list(moved)},
         f"A chessboard with squares of {settings['board'][2]:g} mm, "
-        f"{settings['depth_mm'] / 1000:g} m from the unbent mirror of geometry A. "
+        f"{settings['depth_mm'] / 1000:g} m from the unbent mirror of rig A. "
         f"Left: smooth mirror. Right: unevenness of {settings['aberration_um']:g} µm "
         "(RMS), as at the second level, and as much strain at its free edges. It "
         f"displaces the points that pixels see by {moved[-1]:.0f} mm on average; at "
@@ -190,10 +190,10 @@ def ext_reduced_errors(results):
                 **look | {"linestyle": ""},
             )
             rows += [
-                (SAID[level], stage, *row)
+                (LEVEL_NAMES[level], stage, *row)
                 for row in zip(frames, low, middle, high, strict=True)
             ]
-        panel.set(title=SAID[level], yscale="log")
+        panel.set(title=LEVEL_NAMES[level], yscale="log")
         panel.set_xticks(range(len(frames)))
         panel.xaxis.set_major_formatter(FixedFormatter(names))
     panels[0].set_ylabel("Mean distance from the true mirror (mm)")
@@ -203,7 +203,7 @@ def ext_reduced_errors(results):
         columns(("level", "curve", "frame", "low_mm", "median_mm", "high_mm"), rows),
         "Mean distance of the curves from the true mirror: in the camera's frame, "
         "after one alignment to the curve before bending, and after an alignment of "
-        f"each. Geometry A, {result.trials_per_condition} runs: medians, and bars from "
+        f"each. Rig A, {result.trials_per_condition} runs: medians, and bars from "
         "5 to 95 %.",
     )
 

@@ -38,12 +38,12 @@ def fan_task():
 
 
 def fan_deg():
-    """The fan (degrees) of geometry A at stage 3 by this rule."""
+    """The fan (degrees) of rig A at stage 3 by this rule."""
     return _flat_deg() + turn_deg()
 
 
 def _flat_deg():
-    """The fan of the flat mirror of geometry A, the angle that the camera sees."""
+    """The fan of the flat mirror of rig A, the angle that the camera sees."""
     rig = mirror_rig("A")
     flat = rig.camera(0.0)
     x = np.array([0.0, flat.mirror.end])

@@ -25,7 +25,7 @@ from chapters.shared.mirror import (
     poses_in_platter,
     primary,
     ray_angles,
-    scene_picture,
+    scene_image,
     seen_board,
 )
 from raxel.calibration import BoardView, StageView, bundle_stages
@@ -35,7 +35,7 @@ from raxel.lab import room
 
 # What decoding errors and an uneven mirror do to what levels are solved from.
 #
-# Geometry A, the method as published. From this the two solved error levels have their
+# Rig A, the method as published. From this the two solved error levels have their
 # factors and amplitudes, with the two printed numbers that each may see (settings.yaml,
 # mirror_bench). Nothing is judged here.
 
@@ -257,13 +257,13 @@ ALONG = 60  # places along the mirror's middle line
 EYE_MM = np.array([-600.0, 0.0, 500.0])
 
 
-def pictures_trial(condition, rng):
+def images_trial(condition, rng):
     """The room in the mirror of the small rig at some stages, grey."""
     rig = mirror_rig(condition["geometry"], small=True)
     cameras = rig.stages()
     T = T_world_camera(cameras)
     return {
-        f"stage{k}": scene_picture(rig, cameras[k], room(), T, rng)
+        f"stage{k}": scene_image(rig, cameras[k], room(), T, rng)
         for k in condition["stages"]
     }
 

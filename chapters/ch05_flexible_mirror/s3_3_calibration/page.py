@@ -26,7 +26,7 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import (
     errors_trial,
     fan_trial,
     first_trial,
-    pictures_trial,
+    images_trial,
     second_trial,
     trust_trial,
 )
@@ -226,7 +226,7 @@ def _solving(results, trial, condition, level, seeds):
 def images(effort):
     """The room in the mirror."""
     stages = {"quick": [0, 3], "full": [0, 1, 2, 3]}[effort]
-    return Plan(pictures_trial, [{"geometry": "A", "stages": stages}], 1, {})
+    return Plan(images_trial, [{"geometry": "A", "stages": stages}], 1, {})
 
 
 @experiment("fig_5_10_fans", artefact="fig_5_10", inputs=ALL_THREE)

@@ -505,7 +505,7 @@ def _unit(vectors):
 def judge_curvature(results):
     """Turn of the scene ray for a shift of its reflection point, at stage 3.
 
-    Fixed: geometry A, a smooth mirror and one as uneven as at the primary level; the
+    Fixed: rig A, a smooth mirror and one as uneven as at the primary level; the
     direction of the viewing ray is kept, so that the mirror alone rotates the ray;
     points on the middle line with a tenth of the largest curvature or more. The
     rotation with each point's own viewing ray is reported. Both had been known when

@@ -13,7 +13,7 @@ ANGLE_DEG = 0.2
 
 
 def linear_task():
-    """The linear stage finds Z / (Z + D) of 5 mm, with the distances of geometry A."""
+    """The linear stage finds Z / (Z + D) of 5 mm, with the distances of rig A."""
     return {
         "expected": lambda: STEP_MM * by_formula(),
         "hint": "Z is the board's distance from the mirror, D the camera's",

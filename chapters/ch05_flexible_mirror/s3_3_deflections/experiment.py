@@ -16,7 +16,7 @@ from chapters.shared.mirror import (
     PUBLISHED,
     STAGES_MM,
     back_projection,
-    board_picture,
+    board_image,
     deflected,
     lengths,
     linearly_deflected,
@@ -24,7 +24,7 @@ from chapters.shared.mirror import (
     measured_rays,
     mirror_rig,
     platter_camera,
-    platter_picture,
+    platter_image,
     platter_window,
     primary,
     ray_angles,
@@ -108,7 +108,7 @@ class RunSizes(NamedTuple):
     small: bool
 
 
-class ReadPictures(NamedTuple):
+class ReadImages(NamedTuple):
     """views: MirrorViews, all a calibration gets; outlines: for each step, pixels
     (M, 2) around the mirror after it."""
 
@@ -128,7 +128,7 @@ def drawn_scene(rig, bench, steps, rng):
 
 
 def read_images(scene, sizes, rng):
-    """ReadPictures of a MirrorRun with RunSizes. Raises CalibrationError where an
+    """ReadImages of a MirrorRun with RunSizes. Raises CalibrationError where an
     image shows no board."""
     rig, camera = scene.rig, scene.cameras[0]
     viewer = calibrated_viewer(rig, sizes.boards, rng)
@@ -146,7 +146,7 @@ def read_images(scene, sizes, rng):
     seen_flat = platter_images(scene, viewer, platter, sizes.bands, rng)
     clamp, thickness = ClampPicks(picks, CLAMP_SD_PX), platter.thickness_mm
     views = MirrorViews(viewer, tuple(grids), seen_flat, thickness, clamp, tuple(steps))
-    return ReadPictures(views, outlines)
+    return ReadImages(views, outlines)
 
 
 def calibrated_viewer(rig, boards, rng):
@@ -204,10 +204,10 @@ def decoded(scene, camera, window, count, place, rng):
     parts = bands_of(window, count, BAND_PX)
     for part, band in enumerate(parts):
         taken = windowed(replace(rig.monitor, camera=camera), band)
-        pictures = dict(photograph_patterns(taken, T, [seed, part]))
-        levels = {"white": pictures.pop(WHITE), "black": pictures.pop(BLACK)}
-        images = np.array(list(pictures.values()))
-        found = decode(images, list(pictures), taken.target, linear=True, **levels)
+        exposures = dict(photograph_patterns(taken, T, [seed, part]))
+        levels = {"white": exposures.pop(WHITE), "black": exposures.pop(BLACK)}
+        images = np.array(list(exposures.values()))
+        found = decode(images, list(exposures), taken.target, linear=True, **levels)
         true = points_seen(taken.camera, T, taken.target.monitor_mm)
         more = np.where(np.isfinite(true), (factor - 1) * (found.location - true), 0)
         location[band.place] = found.location + more
@@ -237,7 +237,7 @@ def platter_images(scene, viewer, platter, bands, rng):
     outline = transform(platter.T_camera_board, on_plane(outline_of(*taken.extent)))
     window = window_around(rig.viewer, rig.viewer.project(outline).pixels)
     part = windowed(taken, window)
-    image = platter_picture(PartOfRig(part), platter, rng)
+    image = platter_image(PartOfRig(part), platter, rng)
     board = whole_board(image, window, platter.board, "platter")
     camera, window = platter_camera(rig, platter), platter_window(rig, platter)
     grids = [
@@ -248,7 +248,7 @@ def platter_images(scene, viewer, platter, bands, rng):
 
 
 class PartOfRig(NamedTuple):
-    """A part of a rig's image, as `platter_picture` uses it."""
+    """A part of a rig's image, as `platter_image` uses it."""
 
     rig: object
 
@@ -263,7 +263,7 @@ def step_views(scene, k, picks, rng):
     rig, name = scene.rig, f"step {k + 1}"
     lattices = []
     for camera in scene.cameras[k : k + 2]:
-        image, window = board_picture(rig, camera, scene.boards[k], rng)
+        image, window = board_image(rig, camera, scene.boards[k], rng)
         found = lattice_of(find_board(image, rig.board.columns, rig.board.rows))
         if found is None:
             raise CalibrationError(f"{name}: no board in the mirror", code="no-board")

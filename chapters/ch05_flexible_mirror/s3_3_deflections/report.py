@@ -9,7 +9,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import COMPARED_P
 from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
     DYNAMIC_MM,
-    SAID,
+    LEVEL_NAMES,
     STAGES_MM,
     BenchRuns,
     lengths,
@@ -254,7 +254,7 @@ def level_table(results, prefix, heads, stages, caption):
     a value or a function (runs, stage) -> (runs,). The ids are as t5_1_s1_linear.
     """
     rows, printed = [], {}
-    for level, words in SAID.items():
+    for level, words in LEVEL_NAMES.items():
         runs = Runs(results, None, level)
         for stage in stages:
             found = (
@@ -367,7 +367,7 @@ def rendered_table(results):
                     found = trials.column(way, STAGE_NAMES[stage], name)
                     many = reached(redrawn.of(stage, name))
                     cells += [ranged(found), many if way == "published" else None]
-                rows.append((geometry, SAID[level], words, stage, *cells))
+                rows.append((geometry, LEVEL_NAMES[level], words, stage, *cells))
     heads = [head for name in RENDERED_MEASURES for head in (name, f"{name}, redrawn")]
     return Table(
         columns(("Rig", "Error level", "Method", "Stage", *heads), rows),

@@ -45,6 +45,6 @@ def tip_task():
             "That is the mirror's rotation; the ray rotates more.": lambda: float(
                 np.degrees(angle)
             ),
-            "The exercise asks for degrees.": lambda: 2 * angle,
+            "The exercise requires degrees.": lambda: 2 * angle,
         },
     }

@@ -20,7 +20,7 @@ from chapters.shared.mirror import (
     STAGES_MM,
     GaussianErrors,
     back_projection,
-    board_picture,
+    board_image,
     calibrated_viewer,
     decoded,
     deflected,
@@ -250,11 +250,11 @@ def film_trial(condition, rng):
     film = drawn_film(**condition, rng=rng)
     rig, board = film.rig, film.rig.board
     taken = [
-        board_picture(rig, camera, film.T_camera_board, rng) for camera in film.cameras
+        board_image(rig, camera, film.T_camera_board, rng) for camera in film.cameras
     ]
     picked, seen = rig.corners(film.cameras[0], film.T_camera_board)
     first = taken[0].corners(np.where(seen[:, None], picked, np.nan))
-    images = [whole_picture(rig, one) for one in taken]
+    images = [whole_image(rig, one) for one in taken]
     tracker = tracker_of(film, first)
     following = FilmTracker(tracker, images[0], first, board.columns, board.rows)
     frames = [frame(film, 0, tracker, images[0], first, tracker.follow(first))]
@@ -331,11 +331,11 @@ def frame(film, k, tracker, image, corners, followed):
     }
 
 
-def whole_picture(rig, taken):
+def whole_image(rig, taken):
     """The camera's whole image of a MirroredBoard; outside the mirror it is dark."""
     whole = np.zeros((rig.viewer.height, rig.viewer.width), np.uint8)
-    (height, width), window = taken.picture.shape, taken.window
-    whole[window.v : window.v + height, window.u : window.u + width] = taken.picture
+    (height, width), window = taken.image.shape, taken.window
+    whole[window.v : window.v + height, window.u : window.u + width] = taken.image
     return whole
 
 

@@ -355,7 +355,7 @@ def corrected(rig, bench, errors, line_px, seed, scope):
     ]
     out = {
         "picture": {
-            f"stage{k}": of_picture(cameras[k], seen) for k, seen in enumerate(sights)
+            f"stage{k}": of_image(cameras[k], seen) for k, seen in enumerate(sights)
         }
     }
     if scope.face:
@@ -450,7 +450,7 @@ def scored(rig, camera, true, sight):
     return scores | {"angle_deg": float(np.nanmean(angles))}
 
 
-def of_picture(true, sight):
+def of_image(true, sight):
     """Mean distance of the circle from a conic in the image.
 
     The conic of least algebraic error, as in 5.3.4, and distances from it; also in an
@@ -480,7 +480,7 @@ COARSER = 4
 CORNER_WINDOW = 9
 
 
-class PictureSizes(NamedTuple):
+class ImageSizes(NamedTuple):
     """Sizes of the images.
 
     coarser: width of a px in px of the small rig; across_px: fitted on either side of
@@ -494,7 +494,7 @@ class PictureSizes(NamedTuple):
     calibrated: bool = True
 
 
-class PictureScene(NamedTuple):
+class ImageScene(NamedTuple):
     """Rigs and random draws of a run.
 
     rig, small: the MirrorRig that calibrates and the one that takes images; uneven: of
@@ -510,12 +510,12 @@ class PictureScene(NamedTuple):
 
 
 def scene_of(rng, sizes):
-    """The PictureScene at the primary level."""
+    """The ImageScene at the primary level."""
     seed = int(rng.integers(2**32))
     height = BENCHES[LEVEL].aberration_um if sizes.calibrated else 0.0
     uneven = {"aberration_um": height, "seed": seed}
     small = with_wider_pixels(mirror_rig("A", small=True), sizes.coarser)
-    return PictureScene(mirror_rig("A"), small, uneven, seed, COARSER * sizes.coarser)
+    return ImageScene(mirror_rig("A"), small, uneven, seed, COARSER * sizes.coarser)
 
 
 def with_wider_pixels(rig, times):
@@ -547,7 +547,7 @@ def coarser(camera, times):
     )
 
 
-def ring_pictures_trial(condition, rng, errors, sizes):
+def ring_images_trial(condition, rng, errors, sizes):
     """Render, measure and correct the target at each stage, at the primary level.
 
     Corrected by the true mirror and as published; `refused`: code of the error that
@@ -561,7 +561,7 @@ def ring_pictures_trial(condition, rng, errors, sizes):
     ]
     out = {
         "picture": {
-            f"stage{k}": of_picture(cameras[k], sight) | {"grey": image}
+            f"stage{k}": of_image(cameras[k], sight) | {"grey": image}
             for k, (sight, image) in enumerate(seen)
         },
         "true": {
@@ -647,7 +647,7 @@ def laid_out(scene, camera, sight, image, sizes):
     return plane_picture(camera, image, T, corner, size, sizes.px_mm)[0]
 
 
-def face_picture_trial(condition, rng, errors, sizes):
+def face_image_trial(condition, rng, errors, sizes):
     """The bust in the mirror and the view over a plane, with its landmarks in both.
 
     Where the mirror is not calibrated the true one corrects.

@@ -14,13 +14,13 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.exercises import (
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.experiment import (
     CircleScope,
-    PictureSizes,
+    ImageSizes,
     correction_trial,
     edges_trial,
-    face_picture_trial,
+    face_image_trial,
     left_by_plane,
     line_errors,
-    ring_pictures_trial,
+    ring_images_trial,
     scored,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.report import name_values
@@ -78,7 +78,7 @@ from repro.run import Plan, experiment
 # - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
 #   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
 #   mirror ([5.3.3a](s3_3_calibration.ipynb)).
-# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
+# - *Rig A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -135,8 +135,8 @@ ENDS = {"quick": 1, "full": 10}
 MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[LEVEL]), "full": BENCHES}
 RUN = {"quick": CircleScope(1, true=False), "full": CircleScope()}
 END = {"quick": CircleScope(0, face=False, true=False), "full": CircleScope(true=False)}
-SIZES = {"quick": PictureSizes(4, 1.5, 4.0, False), "full": PictureSizes()}
-PICTURES = {"quick": 1, "full": 3}
+SIZES = {"quick": ImageSizes(4, 1.5, 4.0, False), "full": ImageSizes()}
+IMAGES = {"quick": 1, "full": 3}
 BOTH_A = (
     "data/rigs/flexible-mirror-a.yaml",
     "data/rigs/flexible-mirror-a-monitor.yaml",
@@ -160,7 +160,7 @@ def edges(effort):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def runs(effort, results):
-    """Geometry A, at all error levels."""
+    """Rig A, at all error levels."""
     return _plan(results, MEASURED[effort], SEEDS[effort], RUN[effort])
 
 
@@ -171,7 +171,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the primary level's numbers."""
+    """Rig A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEEP[effort], ENDS[effort], END[effort])
 
 
@@ -193,9 +193,9 @@ def ring_pictures(effort, results):
     """The target in the mirror at four stages, rendered."""
     bench, sizes = BENCHES[LEVEL], SIZES[effort]
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A").on(bench)
-    trial = partial(ring_pictures_trial, errors=errors, sizes=sizes)
+    trial = partial(ring_images_trial, errors=errors, sizes=sizes)
     settings = bench._asdict() | sizes._asdict()
-    return Plan(trial, [{}], PICTURES[effort], settings, UNSEEN)
+    return Plan(trial, [{}], IMAGES[effort], settings, UNSEEN)
 
 
 @experiment(
@@ -205,7 +205,7 @@ def face_picture(effort, results):
     """The bust in the mirror after a push of 12 mm, rendered."""
     bench, sizes = BENCHES[LEVEL], SIZES[effort]
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A").on(bench)
-    trial = partial(face_picture_trial, errors=errors, sizes=sizes)
+    trial = partial(face_image_trial, errors=errors, sizes=sizes)
     return Plan(trial, [{}], 1, bench._asdict() | sizes._asdict(), UNSEEN)
 
 

@@ -16,8 +16,8 @@ from chapters.shared.mirror import (
     ABERRATION_UM,
     BENCHES,
     LEVEL,
+    LEVEL_NAMES,
     MEDIANS,
-    SAID,
     STAGES_MM,
     BenchRuns,
     mirror_rig,
@@ -101,7 +101,7 @@ def conic_of_flat_mirror():
 
 
 RUNS, SWEPT_RUNS = "table_5_6_runs", "table_5_6_swept"
-PICTURES = "fig_5_14_pictures"
+IMAGES = "fig_5_14_pictures"
 JUDGED = ("table_5_6_runs", "table_5_6_swept")
 STAGES = tuple(range(len(STAGES_MM)))
 STAGE_NAMES = tuple(f"stage{stage}" for stage in STAGES)
@@ -142,10 +142,10 @@ class CircleRuns(BenchRuns):
         return found
 
 
-class PictureRuns(CircleRuns):
+class ImageRuns(CircleRuns):
     """Runs with rendered images; all are at the primary level."""
 
-    EXPERIMENTS = (PICTURES, PICTURES)
+    EXPERIMENTS = (IMAGES, IMAGES)
 
     def drawn(self):
         """(way, run) of the figures: the first run calibrated at all stages.
@@ -161,7 +161,7 @@ class PictureRuns(CircleRuns):
         arrays = self.result.arrays(self.bench, way, STAGE_NAMES[stage], name)
         return arrays[np.count_nonzero(np.isfinite(before))]
 
-    def picture(self, stage, run):
+    def image(self, stage, run):
         """Image of a run at a stage."""
         path = "picture", STAGE_NAMES[stage], "grey"
         return self.result.arrays(self.bench, *path)[run]
@@ -307,9 +307,9 @@ CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 def two_panels(results, stage):
     """The circle at one stage: in the image, and on the board after correction."""
-    runs = PictureRuns(results, bench=LEVEL)
+    runs = ImageRuns(results, bench=LEVEL)
     way, run = runs.drawn()
-    image = runs.picture(stage, run)
+    image = runs.image(stage, run)
     line, points, left, centre = (
         runs.array(way, stage, name, run)
         for name in ("line_px", "points_mm", "residuals_mm", "centre_mm")
@@ -389,7 +389,7 @@ def fig_5_17(results):
 @figure("fig_5_18", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_18(results):
     """The image of stage 3, rectified to the board."""
-    runs = PictureRuns(results, bench=LEVEL)
+    runs = ImageRuns(results, bench=LEVEL)
     way, run = runs.drawn()
     image = runs.corrected(run)
     drawn, axes = new_figure(height_in=4.4)
@@ -459,7 +459,7 @@ def ext_circle_blind(results):
         columns(("mirror", "measure", "stage", "value", "low", "high"), rows),
         "Error of the circle's radius (left), and mean angle between calibrated and "
         "true rays over the mirror (right), by stage. Medians over the completed runs "
-        "with 95 % intervals; geometry A, second level. The rays of the true mirror "
+        "with 95 % intervals; rig A, second level. The rays of the true mirror "
         "are exact; its radius has the errors of corners and edges.",
     )
 
@@ -493,7 +493,7 @@ def table_5_6(results):
         off = np.abs(radius_errors(runs))
         rows += [
             (
-                SAID[level],
+                LEVEL_NAMES[level],
                 stage,
                 int(np.isfinite(runs.of(stage, "radius_mm")).sum()),
                 *(reached(runs.of(stage, f"{name}_mm")) for name in IN_MM),
@@ -509,7 +509,7 @@ def table_5_6(results):
         "Residuals and radius of the circle of 87.21 mm after correction, with the "
         "board's pose estimated with the same camera. Right: what these do not show, "
         "the mean ray error over the mirror and the position error of the board's "
-        f"middle. Geometry A. {MEDIANS}",
+        f"middle. Rig A. {MEDIANS}",
         printed={
             head: with_published(
                 [f"t5_6_s{stage}_{end}" for stage in STAGES], len(rows)

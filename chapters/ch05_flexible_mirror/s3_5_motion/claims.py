@@ -109,7 +109,7 @@ def judge_scale(results, options):
 def judge_congruence(results):
     """Distance of stage 3's rays from the point next to them, and L_2^T G L_1.
 
-    Fixed: geometry A, an even mirror and one as uneven as at the primary level, the
+    Fixed: rig A, an even mirror and one as uneven as at the primary level, the
     rays of one
     cylinder's marks in all six places; zero is below a millionth of a mm.
     """

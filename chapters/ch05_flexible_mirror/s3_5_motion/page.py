@@ -89,7 +89,7 @@ from repro.run import Plan, experiment
 # - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
 #   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
 #   mirror ([5.3.3a](s3_3_calibration.ipynb)).
-# - *Geometry A*, *C*: assumed rigs, with mirrors of 160 and 212 mm at 370 mm.
+# - *Rig A*, *C*: assumed rigs, with mirrors of 160 and 212 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -155,7 +155,7 @@ FEWER = {"quick": 1, "full": 10}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, at all levels, with both cameras."""
+    """Rig A, at all levels, with both cameras."""
     return _plan(results, _first(LEVEL, effort), SEEDS[effort], alone=False)
 
 
@@ -166,7 +166,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice the primary level's numbers, as published."""
+    """Rig A, from half to twice the primary level's numbers, as published."""
     benches = _first("half the factor", effort)
     return _plan(results, benches, FEWER[effort], alone=True)
 
@@ -178,7 +178,7 @@ def swept(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def longer(effort, results):
-    """Geometry C, at the primary level."""
+    """Rig C, at the primary level."""
     level = {LEVEL: BENCHES[LEVEL]}
     return _plan(results, level, SEEDS[effort], alone=False, geometry="C")
 

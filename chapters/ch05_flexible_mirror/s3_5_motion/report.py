@@ -18,8 +18,8 @@ from chapters.shared.mirror import (
     CONTRASTED,
     LABORATORY,
     LEVEL,
+    LEVEL_NAMES,
     MEDIANS,
-    SAID,
     STAGES_MM,
     SWEPT,
     BenchRuns,
@@ -427,14 +427,14 @@ def ext_motion_scale(results):
         by_way = runs.column(STAGE_NAMES[LAST], ways, "length_percent")
         six = [runs.of("told_percent", "true", "together")]
         for panel, x, trials, look, label in (
-            (left, STAGES_MM, by_stage, index, SAID[level]),
-            (right, PLACES_MM, by_way, index, SAID[level]),
+            (left, STAGES_MM, by_stage, index, LEVEL_NAMES[level]),
+            (right, PLACES_MM, by_way, index, LEVEL_NAMES[level]),
             (
                 right,
                 PLACES_MM[-1:],
                 six,
                 2 + index,
-                f"{SAID[level]}, six images at once",
+                f"{LEVEL_NAMES[level]}, six images at once",
             ),
         ):
             some = [

@@ -52,13 +52,13 @@ class BentMirror(NamedTuple):
     """A bent mirror and its images.
 
     rig: MirrorRig; cameras: the true ones of all stages; errors: of its images;
-    pictures: pixels (182, 2) of the board of step k, before and after it.
+    corner_pairs: pixels (182, 2) of the board of step k, before and after it.
     """
 
     rig: object
     cameras: list
     errors: object
-    pictures: list
+    corner_pairs: list
 
     @property
     def true(self):
@@ -102,7 +102,7 @@ def stage_by_stage(bent, seed):
     rng = np.random.default_rng(seed)
     first = primary(bent.rig, bent.cameras[0], PUBLISHED, bent.errors, rng)
     found, points = first.camera, bent.rig.board.points()
-    for pair, true in zip(bent.pictures, bent.cameras[1:], strict=True):
+    for pair, true in zip(bent.corner_pairs, bent.cameras[1:], strict=True):
         found = deflected(found, true, pair, points, first.clamp, PUBLISHED).camera
     return found
 
@@ -462,22 +462,22 @@ def scored(camera, pixels, face, T_second_first):
 # between the rays of correct matches, standard deviations, calibration errors included.
 FEATURE_PX, MAX_GAP = 0.3, 12.0
 # Largest distance of a point from its face, robust deviations.
-FAR = 6.0
+MAX_FACE_SIGMAS = 6.0
 # Points across and down each face that are projected into the image, and the factor by
 # which its texture is finer: pixels between them are interpolated.
 COARSE, FINER = 24, 8
 
 
-class TinPictures(NamedTuple):
+class TinImages(NamedTuple):
     """Two images of the tin and their matches.
 
-    pictures: two (h, w) uint8; first: (2, 2), first pixel of each in the camera's whole
+    images: two (h, w) uint8; first: (2, 2), first pixel of each in the camera's whole
     image; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches, pixels of the whole
     image; face (n,): 0 to 2, -1 outside the tin; off (n, 2): px, error of a match's
     second end given the true point of its first end, NaN outside the tin.
     """
 
-    pictures: list
+    images: list
     first: np.ndarray
     T_camera_tin: np.ndarray
     matches: object
@@ -485,8 +485,8 @@ class TinPictures(NamedTuple):
     off: np.ndarray
 
 
-def taken_pictures(rig, camera, margin_px, rng):
-    """TinPictures by a true camera of a rig, of the tin and some pixels around it."""
+def taken_images(rig, camera, margin_px, rng):
+    """TinImages by a true camera of a rig, of the tin and some pixels around it."""
     T = two_places(camera, rng)
     images, first = [], []
     for one in T:
@@ -497,11 +497,11 @@ def taken_pictures(rig, camera, margin_px, rng):
         first.append([window.u, window.v])
     first, found = np.array(first, float), match_features(*images)
     found = found._replace(pixels=found.pixels + first[:, None])
-    return TinPictures(images, first, T, found, *truth_of(camera, T, found.pixels))
+    return TinImages(images, first, T, found, *truth_of(camera, T, found.pixels))
 
 
 def truth_of(camera, T_camera_tin, pixels):
-    """(face (n,), off (n, 2)) of TinPictures, of matches (2, n, 2)."""
+    """(face (n,), off (n, 2)) of TinImages, of matches (2, n, 2)."""
     rays = camera.rays(pixels[0])
     face, nearest = np.full(len(rays.origins), -1), np.inf
     points = np.full(rays.origins.shape, np.nan)
@@ -522,7 +522,7 @@ def truth_of(camera, T_camera_tin, pixels):
     return face, off
 
 
-def pictures_trial(condition, rng, errors, benches, ways):
+def images_trial(condition, rng, errors, benches, ways):
     """Reconstruct the tin from small images at each of some levels, with each mirror.
 
     condition: "geometry", and "margin_px" that is rendered around the tin.
@@ -537,7 +537,7 @@ def pictures_trial(condition, rng, errors, benches, ways):
         given, drawn = of_rig.on(bench), np.random.default_rng(seed)
         bent = bent_mirror(rig, bench, given, boards, drawn)
         try:
-            taken = taken_pictures(rig, bent.true, condition["margin_px"], drawn)
+            taken = taken_images(rig, bent.true, condition["margin_px"], drawn)
         except InputError as refusal:
             out[name] = {"refused": refusal.code}
             continue
@@ -566,7 +566,7 @@ def of_matches(taken):
         "on_tin": len(off),
         "wrong": int(np.count_nonzero(~right)),
         "match_px": float(np.sqrt(np.mean(off[right] ** 2) / 2)),
-        "picture": taken.pictures[0],
+        "picture": taken.images[0],
     }
 
 
@@ -583,7 +583,7 @@ def model(camera, taken):
     # A wrong match whose rays meet nevertheless is far from its face.
     near = np.zeros(len(found.points), bool)
     for k in range(3):
-        near[found.face == k] = usual(found.distances[found.face == k], FAR)
+        near[found.face == k] = usual(found.distances[found.face == k], MAX_FACE_SIGMAS)
     kept = np.zeros(len(right), bool)
     kept[np.flatnonzero(right)[found.used][near]] = True
     found = tin_through(found.points[near], found.face[near])
@@ -623,6 +623,6 @@ def textured(camera, taken, found, k):
     at = np.where(seen.valid[:, None], seen.pixels - taken.first[0], np.nan)
     fine = [zoom(at[:, i].reshape(COARSE, COARSE), FINER, order=1) for i in (0, 1)]
     maps = [np.nan_to_num(one, nan=-1.0).astype(np.float32) for one in fine]
-    texture = cv2.remap(taken.pictures[0], *maps, cv2.INTER_LINEAR)
+    texture = cv2.remap(taken.images[0], *maps, cv2.INTER_LINEAR)
     corners = places.reshape(COARSE, COARSE, 3)[[0, 0, -1, -1], [0, -1, 0, -1]]
     return corners.reshape(2, 2, 3), texture

@@ -13,7 +13,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.exercises import depth_task, tilt_ta
 from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
     EVERY_WAY,
     RUN_SETTINGS,
-    pictures_trial,
+    images_trial,
     tin_of,
     tin_trial,
 )
@@ -83,7 +83,7 @@ from repro.run import Plan, experiment
 # - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
 #   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
 #   mirror ([5.3.3a](s3_3_calibration.ipynb)).
-# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
+# - *Rig A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -138,7 +138,7 @@ SOME = {
     "swept": {"twice the factor": SWEPT["twice the factor"]},
     "pictures": {LEVEL: BENCHES[LEVEL]},
 }
-PICTURES = {"quick": 1, "full": 3}
+IMAGES = {"quick": 1, "full": 3}
 MARGIN_PX = {"quick": 12, "full": 150}
 
 
@@ -150,7 +150,7 @@ MARGIN_PX = {"quick": 12, "full": 150}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, at all levels."""
+    """Rig A, at all levels."""
     return _plan(results, BENCHES, SEEDS[effort], EVERY_WAY)
 
 
@@ -161,7 +161,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice the primary level's numbers."""
+    """Rig A, from half to twice the primary level's numbers."""
     # The published calibration is judged.
     benches = SWEPT if effort == "full" else SOME["swept"]
     return _plan(results, benches, FEWER[effort], ("published",))
@@ -188,9 +188,9 @@ def images(effort, results):
     if effort == "full":
         benches = {name: BENCHES[name] for name in CONTRASTED}
     ways = PICTURED_WAYS[effort]
-    trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
+    trial = partial(images_trial, errors=errors, benches=benches, ways=ways)
     condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}
-    return Plan(trial, [condition], PICTURES[effort], RUN_SETTINGS, UNSEEN)
+    return Plan(trial, [condition], IMAGES[effort], RUN_SETTINGS, UNSEEN)
 
 
 # %% [markdown]

@@ -18,7 +18,7 @@ from chapters.shared.mirror import (
     BENCHES,
     LABORATORY,
     LEVEL,
-    SAID,
+    LEVEL_NAMES,
     BenchRuns,
     middle,
     mirror_rig,
@@ -77,7 +77,7 @@ def distances_normal(runs):
 
 RUNS, SWEPT_RUNS = "table_5_8_runs", "table_5_8_swept"
 JUDGED = ("table_5_8_runs", "table_5_8_swept")
-PICTURES = "fig_5_22_pictures"
+IMAGES = "fig_5_22_pictures"
 # The true mirror, and the calibration of the thesis.
 WAYS = {"true": "true mirror", "published": "as published"}
 PUBLISHED = "published"
@@ -139,7 +139,7 @@ def name_values(open_results):
 
 def meeting_rays():
     """Return the mean distance of the tin's points from the mirror, mm, and the mean
-    angle at which the two rays of each meet, degrees; one tin, geometry A."""
+    angle at which the two rays of each meet, degrees; one tin, rig A."""
     camera = mirror_rig("A").camera(BENT_MM)
     rng = np.random.default_rng(0)
     poses = two_places(camera, rng)
@@ -191,7 +191,7 @@ def _outward(sheet, inside):
 @figure("fig_5_22", needs=("fig_5_22_pictures",), evidence="rendered", scene=True)
 def model_figure(results):
     """Image of the tin in the mirror, and its model."""
-    result = results[PICTURES]
+    result = results[IMAGES]
     level, way = next(
         (b, w)
         for b, w in ((LEVEL, PUBLISHED), (LEVEL, "true"), (LABORATORY, "true"))
@@ -217,9 +217,9 @@ def model_figure(results):
             ],
         ),
         "The tin in the bent mirror, rendered (a), and its model (b): planes through "
-        "matched features of each face, with the grey values of the image. Geometry A, "
-        f"{SAID[level]}, mirror: {WAYS[way]}. The mirror image is reversed, the model "
-        "is not.",
+        "matched features of each face, with the grey values of the image. Rig A, "
+        f"{LEVEL_NAMES[level]}, mirror: {WAYS[way]}. The mirror image is reversed, "
+        "the model is not.",
         scene=scene,
     )
 
@@ -287,7 +287,7 @@ def table_5_8(results):
         for k, pair in enumerate(PAIRS):
             rows.append(
                 (
-                    SAID[level],
+                    LEVEL_NAMES[level],
                     pair.replace("_", " - "),
                     reached(runs.angles(PUBLISHED)[k]),
                     float(ANGLES_DEG[k]),
@@ -306,7 +306,7 @@ def table_5_8(results):
     return Table(
         columns(heads, rows),
         "Angles between the planes of the tin's faces: with the published calibration, "
-        f"reference, and with the true mirror. Geometry A. {MEDIANS}",
+        f"reference, and with the true mirror. Rig A. {MEDIANS}",
         printed=ids,
     )
 
@@ -320,7 +320,7 @@ def ext_tin_ways(results):
         found = runs.of("off_deg", way)
         rows.append(
             (
-                SAID[level],
+                LEVEL_NAMES[level],
                 WAYS[way],
                 int(np.isfinite(found).sum()),
                 reached(runs.of("ray_deg", way)),
@@ -339,7 +339,7 @@ def ext_tin_ways(results):
     return Table(
         columns(heads, rows),
         "Errors of the rays, distances of points from their own planes, and error of "
-        f"the worst of the three angles, by mirror. Geometry A. {MEDIANS}",
+        f"the worst of the three angles, by mirror. Rig A. {MEDIANS}",
     )
 
 

@@ -184,12 +184,12 @@ def between_states(rig, view, fields, chain, errors, rng):
     pixels = [field.pictured(points, errors, rng) for field in fields[:2]]
     moved = fields[0].pictured(points - BASELINE_MM, errors, rng)
     of_board = [seen_board(rig, camera, T, errors, rng) for camera in stages[:2]]
-    told = depth_sd(stages)
-    out = dict(zip(("along", "sd_mm"), in_strips(*told, STRIPS), strict=True))
+    depth_sds = depth_sd(stages)
+    out = dict(zip(("along", "sd_mm"), in_strips(*depth_sds, STRIPS), strict=True))
     starts = [stage.rays(p).origins for stage, p in zip(stages, pixels, strict=False)]
     apart = np.linalg.norm(starts[1] - starts[0], axis=1)
     out["apart_mm"] = float(np.nanmedian(apart))
-    finer = in_strips(*told, FINER)[1]
+    finer = in_strips(*depth_sds, FINER)[1]
     out["finer"] = float(finer[0] / finer[-1])
     out["trend"] = float(spearmanr(out["along"], out["sd_mm"]).statistic)
     for name, pair in (("found", chain[:2]), ("true", stages[:2])):

@@ -69,7 +69,7 @@ from repro.run import Plan, experiment
 # - *Error levels*: *second solved* (primary) and *first solved*, with noise and mirror
 #   waves solved from printed numbers; *low-noise*, with a smooth mirror
 #   ([5.3.3a](s3_3_calibration.ipynb)).
-# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
+# - *Rig A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -121,7 +121,7 @@ PUSHES = {"quick": 1, "full": 3}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, at all error levels."""
+    """Rig A, at all error levels."""
     return _plan(results, BENCHES, SEEDS[effort], PUSHES[effort])
 
 
@@ -132,7 +132,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the primary level's numbers."""
+    """Rig A, from half to twice each of the primary level's numbers."""
     benches = SWEPT if effort == "full" else {}
     return _plan(results, benches, SWEPT_SEEDS[effort], PUSHES[effort])
 

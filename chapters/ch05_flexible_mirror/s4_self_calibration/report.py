@@ -12,8 +12,8 @@ from chapters.shared.mirror import (
     CONTRASTED,
     LABORATORY,
     LEVEL,
+    LEVEL_NAMES,
     MEDIANS,
-    SAID,
     STAGES_MM,
     BenchRuns,
     mirror_rig,
@@ -141,12 +141,14 @@ def fig_5_24(results):
                 path = THESIS_SCENE, STAGE_NAMES[k], "profile_mm"
                 curve = runs.of_run(seed, came[k], *path)
                 rows += [
-                    (SAID[level], stage, *row)
+                    (LEVEL_NAMES[level], stage, *row)
                     for row in zip(ALONG_MM, true, curve, strict=True)
                 ]
             panel.plot(ALONG_MM, curve, label=f"stage {stage}", **look)
         panel.set(
-            title=SAID[level], xlabel="Distance from the clamp (mm)", ylim=(-4, 18)
+            title=LEVEL_NAMES[level],
+            xlabel="Distance from the clamp (mm)",
+            ylim=(-4, 18),
         )
     panels[0].set_ylabel("Height above the flat sheet (mm)")
     legend_below(drawn, panels[0], ncols=4)
@@ -286,7 +288,7 @@ def _rows(runs, way, level, names=tuple(HEADS)):
     features = () if way == THESIS_SCENE else (FEATURES[way],)
     return [
         (
-            SAID[level],
+            LEVEL_NAMES[level],
             *features,
             stage,
             int(np.isfinite(of["deflection_mm"][k]).sum()),
@@ -314,7 +316,7 @@ def table_5_9(results):
         columns(_heads(), rows),
         "Deflections from a distant scene by linear self-calibration, with features "
         "across the middle of the mirror and near ones at the free end; sag at the "
-        "load; and, not in the thesis, errors of rays and back-projection. Geometry A. "
+        "load; and, not in the thesis, errors of rays and back-projection. Rig A. "
         f"{MEDIANS} {REACH}",
         printed={
             title: with_published([f"t5_9_s{k}_{end}" for k in STAGES], len(rows))

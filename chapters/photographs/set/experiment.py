@@ -83,7 +83,7 @@ def undistorted(image_set, cameras, boards, width_px):
         result[model] = {"reason": reasons.get(model, "")}
         if model in planes:
             view = _view_of(image_set, planes[model], zoom, width_px)
-            result[model] |= _picture(camera, view, image)
+            result[model] |= _resampled(camera, view, image)
             corners = _corners(camera, view, board.view.pixels)
             result[model]["corners"] = corners
             result[model]["distortion_px"] = distortion_rms(
@@ -164,7 +164,7 @@ def _view_of(image_set, plane, zoom, width_px):
     return PerspectiveView(K, T[:3, :3], centre, width, height)
 
 
-def _picture(camera, view, image):
+def _resampled(camera, view, image):
     """Return {picture, mask}: grey values, and pixels with a source (255)."""
     import cv2
 
@@ -389,12 +389,12 @@ def zhang_numbers(calibration):
 def lens_numbers(calibration):
     """Return the terms of a parametric model, and the test for a pupil shift."""
     test = calibration.pupil
-    numbers = {n: told for n, told in test._asdict().items() if type(told) is not str}
+    numbers = {n: v for n, v in test._asdict().items() if type(v) is not str}
     verdict = {name: test.verdict == name for name in (MOVES, UNDECIDED)}
     return {
         "terms": len(calibration.formula.names),
         "wrong_corners": len(calibration.wrong),
-        "pupil": {n: float(told) for n, told in (numbers | verdict).items()},
+        "pupil": {n: float(v) for n, v in (numbers | verdict).items()},
     }
 
 
@@ -462,11 +462,11 @@ def errors(score, residuals):
     """Return the numbers of one ImageScore, in px over residuals (N, 2)."""
     lengths = np.linalg.norm(residuals, axis=1)
     lengths = lengths[np.isfinite(lengths)]
-    told = len(lengths) > 0
+    known = len(lengths) > 0
     return {
         "corners": len(lengths),
-        "rms_px": np.sqrt(np.mean(lengths**2)) if told else np.nan,
-        "median_px": np.median(lengths) if told else np.nan,
+        "rms_px": np.sqrt(np.mean(lengths**2)) if known else np.nan,
+        "median_px": np.median(lengths) if known else np.nan,
         "mean_deg": score.mean_deg,
         "reason": score.reason,
         "residuals_px": residuals,

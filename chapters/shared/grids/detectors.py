@@ -73,7 +73,7 @@ def scored(result, lattice):
 # OpenCV's half widths of the 9 x 9 window: the printed 9 is its argument, or the width.
 HALF_WINDOWS = {"half window": 9, "full window": 4}
 LOCALISED_PX = 0.46
-FARTHEST_START_PX = 8
+MAX_START_PX = 8
 START_ERRORS_PX = {"quick": (0, 4, 8), "full": (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12)}
 BASIN_BLUR_PX = 1.0
 
@@ -121,5 +121,5 @@ def farthest_start(result, window):
 
 def worst_within(result, window):
     """Largest error (px) from starts that are at most 8 px off."""
-    near = starts_of(result) <= FARTHEST_START_PX
+    near = starts_of(result) <= MAX_START_PX
     return float(largest_by_start(result, window)[near].max())

@@ -16,12 +16,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from chapters.shared.mirror.levels import LEVEL, SAID, SWEPT
+from chapters.shared.mirror.levels import LEVEL, LEVEL_NAMES, SWEPT
 from raxel.calibration import SWINGING_DEG
 from repro.run import SHARE_OF_SEEDS, Case, Measured, Reading, counterpart
 
 # Names in the trials of the options of the ledger's questions.
-LEVELS = {option: level for level, option in SAID.items()}
+LEVELS = {option: level for level, option in LEVEL_NAMES.items()}
 SWINGING = {"as published": False, "rejected": True}
 GEOMETRIES = {"A": "A", "C": "C"}
 # Measured rays of stage 0, for comparison with those of the primary stage (Table 5.3).
@@ -37,7 +37,7 @@ READINGS = {
 class BenchRuns(Case):
     """Every run at one error level: that of the interpretation, or an end of a sweep.
 
-    EXPERIMENTS: those of a kind of run, on geometry A, on A from half to twice the
+    EXPERIMENTS: those of a kind of run, on rig A, on A from half to twice the
     primary level's numbers, and on other geometries by their names. A rejected run has
     no values from the rejection on: nan. Where the interpretation rejects mirrors whose
     ends swing, a run ends at the first such stage.

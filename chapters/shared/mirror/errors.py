@@ -15,10 +15,10 @@ import numpy as np
 
 from chapters.shared.mirror.images import (
     MirroredBoard,
-    board_picture,
-    grid_picture,
+    board_image,
+    grid_image,
     platter_camera,
-    platter_picture,
+    platter_image,
     platter_window,
 )
 from chapters.shared.mirror.levels import Bench
@@ -29,7 +29,7 @@ from raxel.lab import Crop, bands, mirror_window
 PHASES = 48  # cells of the bias along a period
 # Rows of the mirror's window that are decoded: as many pixels as the errors need.
 BANDS, BAND_PX = 3, 24
-MOST = 4000  # errors that are kept to be drawn
+MAX_ERRORS = 4000  # errors that are kept to be drawn
 OUTLYING = 6.0  # robust deviations: no bias is made of these
 
 
@@ -72,7 +72,7 @@ class MirrorErrors(NamedTuple):
     def read(cls, result, geometry):
         """Those of a geometry, all runs together, of the Result of `measured`.
 
-        Geometry C has the camera of A at the same distances, and its errors.
+        Rig C has the camera of A at the same distances, and its errors.
         """
         trials = result.select(geometry="A" if geometry == "C" else geometry)
         pools = {
@@ -165,11 +165,11 @@ def measured(rig, rng):
         camera = rig.camera(deflection)
         T = rig.board_pose(rng, deflections=(deflection,))
         true, seen = rig.corners(camera, T)
-        found = board_picture(rig, camera, T, rng).corners(true[seen])
+        found = board_image(rig, camera, T, rng).corners(true[seen])
         corners.append(found - true[seen])
     poses = rig.monitor_poses(rng)
     grids = [
-        grid_picture(rig, camera, T, [seed, number, place, part], window)
+        grid_image(rig, camera, T, [seed, number, place, part], window)
         for number, camera in enumerate(map(rig.camera, ends))
         for place, T in enumerate(poses)
         for part, window in enumerate(bands(mirror_window(camera), BANDS, BAND_PX))
@@ -177,7 +177,7 @@ def measured(rig, rng):
     platter = rig.platter(rng)
     window = platter_window(rig, platter)
     reflected = [
-        grid_picture(rig, platter_camera(rig, platter), T, [seed, 9, place], window)
+        grid_image(rig, platter_camera(rig, platter), T, [seed, 9, place], window)
         for place, T in enumerate(poses)
     ]
     found = {
@@ -190,14 +190,14 @@ def measured(rig, rng):
     for name, images in (("mirror", grids), ("platter", reflected)):
         true = np.concatenate([image.truth_mm for image in images])
         points = np.concatenate([image.points_mm for image in images])
-        kept = rng.permutation(len(true))[:MOST]
+        kept = rng.permutation(len(true))[:MAX_ERRORS]
         found |= {f"{name}.true": true[kept], f"{name}.error": (points - true)[kept]}
     return found
 
 
 def _plate_errors(rig, platter, rng):
     """Errors (n, 2) px of the corners of the platter's board."""
-    image = platter_picture(rig, platter, rng)
+    image = platter_image(rig, platter, rng)
     height, width = image.shape
     points = transform(platter.T_camera_board, on_plane(platter.board.points()))
     true = rig.viewer.project(points).pixels

@@ -44,7 +44,7 @@ CORNER_WINDOW, DARK, SMOOTH_PX = 31, 0.15, 2.0
 class MirroredBoard(NamedTuple):
     """Its pixels (h, w) uint8, and its window, a `Crop` of the whole image."""
 
-    picture: np.ndarray
+    image: np.ndarray
     window: tuple
 
     def corners(self, near):
@@ -57,17 +57,17 @@ class MirroredBoard(NamedTuple):
         found = np.full(np.shape(near), np.nan)
         place = near - first
         rows = np.flatnonzero(self._all_lit(place))
-        got = saddle_point(self.picture, place[rows], window=CORNER_WINDOW)
+        got = saddle_point(self.image, place[rows], window=CORNER_WINDOW)
         there = got.converged & self._all_lit(got.corners)
         found[rows[there]] = got.corners[there] + first
         return found
 
     def _all_lit(self, place):
         """Whether windows about places (N, 2) of the image show the mirror alone."""
-        height, width = self.picture.shape
+        height, width = self.image.shape
         at = np.rint(np.nan_to_num(place, nan=-1)).astype(int)
         inside = np.all((at >= 0) & (at < [width, height]), axis=1)
-        soft = cv2.GaussianBlur(self.picture, (0, 0), SMOOTH_PX)
+        soft = cv2.GaussianBlur(self.image, (0, 0), SMOOTH_PX)
         lit = (soft > DARK * np.quantile(soft, 0.99)).astype(np.uint8)
         reach = np.ones((CORNER_WINDOW + 2,) * 2, np.uint8)
         whole = cv2.erode(lit, reach, borderValue=0).astype(bool)
@@ -90,14 +90,14 @@ class MirroredGrid(NamedTuple):
     truth_mm: np.ndarray
 
 
-def board_picture(rig, camera, T_camera_board, rng):
+def board_image(rig, camera, T_camera_board, rng):
     """The `MirroredBoard` of a board of a `MirrorRig` by one of its cameras."""
     window = mirror_window(camera)
     taken = windowed(replace(rig.rig, camera=camera), window)
     return MirroredBoard(photograph_board(taken, T_camera_board, rng, rng), window)
 
 
-def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
+def grid_image(rig, camera, T_camera_monitor, seed, window=None):
     """The `MirroredGrid` of the monitor of a `MirrorRig` in one pose.
 
     camera: one of the rig's, or `platter_camera`; seed: list of whole numbers; window:
@@ -106,12 +106,12 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     """
     window = mirror_window(camera) if window is None else window
     taken = windowed(replace(rig.monitor, camera=camera), window)
-    pictures = dict(photograph_patterns(taken, T_camera_monitor, seed))
-    white, black = pictures.pop(WHITE), pictures.pop(BLACK)
+    exposures = dict(photograph_patterns(taken, T_camera_monitor, seed))
+    white, black = exposures.pop(WHITE), exposures.pop(BLACK)
     target = taken.target
-    images = np.array(list(pictures.values()))
+    images = np.array(list(exposures.values()))
     found = decode(
-        images, list(pictures), target, white=white, black=black, linear=True
+        images, list(exposures), target, white=white, black=black, linear=True
     )
     true = points_seen(taken.camera, T_camera_monitor, target.monitor_mm)
     rows, columns = np.nonzero(found.mask & np.isfinite(true[..., 0]))
@@ -122,7 +122,7 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     )
 
 
-def scene_picture(rig, camera, scene, T_world_camera, rng):
+def scene_image(rig, camera, scene, T_world_camera, rng):
     """The image (h, w) of a TexturedScene in the mirror, where the sheet of stage 0
     fills the image."""
     window = mirror_window(rig.camera(0.0))
@@ -146,7 +146,7 @@ def platter_window(rig, platter):
     return window_around(rig.viewer, rig.viewer.project(points).pixels)
 
 
-def platter_picture(rig, platter, rng, T_camera_monitor=None, pattern=None):
+def platter_image(rig, platter, rng, T_camera_monitor=None, pattern=None):
     """The whole image (H, W) of a platter on its chessboard (Fig. 5.3b).
 
     The room's light is on the board; the platter shows the monitor, where its pose

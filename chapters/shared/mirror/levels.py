@@ -2,7 +2,7 @@
 
 The low-noise level has far smaller errors than 5.3.3. At a solved level its decoding
 errors are times one factor and its mirror is made uneven by four waves. Both numbers
-are solved on geometry A with the method as published, by a job that judges nothing
+are solved on rig A with the method as published, by a job that judges nothing
 (`ext_mirror_bench`): at the first level from two printed numbers that other printed
 ones contradict, at the second from two others, with a platter that does not lie
 exactly on its board. All 32 printed numbers had been seen when the two and the
@@ -30,7 +30,7 @@ class Bench(NamedTuple):
 
 
 LABORATORY, FIRST, SECOND = "laboratory", "bench", "second"
-SAID = {
+LEVEL_NAMES = {
     SECOND: "second solved level",
     FIRST: "first solved level",
     LABORATORY: "low-noise level",

@@ -60,9 +60,9 @@ DYNAMIC_MM, BACK_PROJECTION_MM = 260.0, 400.0
 # its middle off the middle of what the mirror shows, as a share of the distance.
 TILT, TURN, ASIDE = np.radians(20), np.radians(8), 0.04
 TRIES = 400
-# Fewest corners seen at all required stages: six for each of 21 spline coefficients
+# Corners visible at all required stages: six for each of 21 spline coefficients
 # would be 126; what the mirror of A shows at 260 mm has room for some 110.
-LEAST_CORNERS = 90
+MIN_CORNERS = 90
 # A 1.8 inch hard disk's platter: outer and hub radius and thickness, mm. Larger ones
 # leave no room in the image for a board next to them.
 PLATTER_MM, HUB_MM, PLATTER_THICKNESS_MM = 24.0, 6.0, 0.381
@@ -170,7 +170,7 @@ class MirrorRig:
         return pixels, valid & camera.in_image(pixels)
 
     def board_pose(
-        self, rng, distance_mm=DYNAMIC_MM, deflections=(0.0,), least=LEAST_CORNERS
+        self, rng, distance_mm=DYNAMIC_MM, deflections=(0.0,), least=MIN_CORNERS
     ):
         """T_camera_board (4, 4) of a board held in front of the mirror by hand.
 

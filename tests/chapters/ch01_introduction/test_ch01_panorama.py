@@ -15,8 +15,8 @@ def rows():
 
 
 @pytest.fixture(scope="module")
-def picture():
-    return page.picture_trial({"size": 0.25}, np.random.default_rng(0))
+def image():
+    return page.image_trial({"size": 0.25}, np.random.default_rng(0))
 
 
 def closed_form(e, focal, radius_px, elevations):

@@ -142,10 +142,10 @@ def test_ring_is_outlined_by_its_inner_and_outer_edge():
         edges.append(pixels)
     # The middle between both edges, of the image and of the board, is the circle.
     both = experiment.RingEdges(np.array(edges), None)
-    in_picture = points_on_plane(camera, np.mean(edges, axis=0), T).points
+    in_image = points_on_plane(camera, np.mean(edges, axis=0), T).points
     for points, most in (
         (experiment.middle_of_line(camera, both, T), 1e-6),
-        (in_picture, 0.03),
+        (in_image, 0.03),
     ):
         off = np.linalg.norm(points - ring.centre, axis=1) - experiment.RADIUS_MM
         assert np.nanmax(np.abs(off)) < most

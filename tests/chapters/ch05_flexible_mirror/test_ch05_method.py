@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s2_method.report import (
     STARTS_SWEPT,
     transitions,
 )
-from chapters.shared.mirror.levels import BENCHES, SAID, SWEPT
+from chapters.shared.mirror.levels import BENCHES, LEVEL_NAMES, SWEPT
 from tests.judged_claims import of_rejected, readings_of
 from tests.made_results import of_columns, of_levels
 
@@ -75,7 +75,7 @@ def linear(name, value, count=SEEDS):
 )
 def test_linear_start_verdict(other, swept, expected):
     found = readings_of(judge_linear_enough, made(other, swept))
-    assert [one.reading["mirror_bench"] for one in found] == list(SAID.values())
+    assert [one.reading["mirror_bench"] for one in found] == list(LEVEL_NAMES.values())
     first, *others = [one.verdict for one in found]
     assert first == expected.split()[0]
     assert others == ["reproduced" if "first" in expected else first] * 2

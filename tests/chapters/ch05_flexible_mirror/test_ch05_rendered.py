@@ -10,7 +10,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import (
     scored,
     scoring_boards,
 )
-from chapters.shared.mirror.levels import BENCHES, FIRST, LABORATORY, SAID
+from chapters.shared.mirror.levels import BENCHES, FIRST, LABORATORY, LEVEL_NAMES
 from chapters.shared.mirror.rigs import mirror_rig
 from chapters.shared.mirror.runs import lattice, outline
 from raxel.calibration.mirror.observations import normalised
@@ -82,7 +82,7 @@ def test_rendered_table_compares_with_redrawn_runs():
         dict(zip(rows, columns[f"Mean to true rays (°){more}"], strict=True))
         for more in ("", ", redrawn")
     )
-    level, low = SAID[FIRST], SAID[LABORATORY]
+    level, low = LEVEL_NAMES[FIRST], LEVEL_NAMES[LABORATORY]
     first = angles["A", level, "as published", 1]
     assert (first.value, first.low, first.high) == pytest.approx((0.2, 0.1, 0.3))
     assert angles["B", level, "as published", 3] is None

@@ -91,7 +91,7 @@ def test_image_matches_lie_on_the_tin():
     """Each image has a window of its own; what the truth says of a match holds."""
     rig, rng = mirror_rig("A", small=True), np.random.default_rng(2)
     camera = rig.camera(15.0)
-    taken = experiment.taken_pictures(rig, camera, 4, rng)
+    taken = experiment.taken_images(rig, camera, 4, rng)
     assert not np.allclose(*taken.first)
     on = taken.face >= 0
     assert np.count_nonzero(on) > 300

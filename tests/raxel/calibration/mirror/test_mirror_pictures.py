@@ -7,7 +7,7 @@ import pytest
 
 from chapters.shared.mirror.images import (
     MirroredBoard,
-    grid_picture,
+    grid_image,
     platter_camera,
     platter_window,
 )
@@ -73,7 +73,7 @@ def test_a_band_of_the_monitor_is_decoded_in_the_pixels_of_the_whole_picture():
     camera = rig.camera(5.0, aberration_um=10, seed=1)
     (band,) = bands(mirror_window(camera), 1, 40)
     near, _ = rig.monitor_poses()
-    found = grid_picture(rig, camera, near, [0, 1], band)
+    found = grid_image(rig, camera, near, [0, 1], band)
     assert len(found.pixels) > 40_000
     assert found.pixels[:, 1].min() >= band.v
     error = found.points_mm - found.truth_mm
