@@ -134,7 +134,7 @@ SIZES = {"quick": 0.4, "full": 1.0}
 # The simulator renders a room full of straight edges in colour, with the noise and
 # blur of a real camera. The rig is `data/rigs/panorama-hyperboloid.yaml`. The
 # Jacobian is then computed in every row, for this mirror and for three others. They
-# have the same rim in the world and in the image.
+# have the same edge in the world and in the image.
 
 
 # %%

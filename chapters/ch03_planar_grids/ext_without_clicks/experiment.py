@@ -128,7 +128,7 @@ def _drawn(camera, rng):
         outline = outline_of([-2 * pitch] * 2, sheet)
         if not view.fault(camera, T, outline, lattice.reshape(rows, columns, 2)):
             return board, T
-    raise ValueError("no pose found that shows a board whole")
+    raise ValueError("no pose shows the complete board")
 
 
 # Requests to the detectors, and scores of their results.

@@ -139,7 +139,7 @@ def board_view(name, size, least_px, rng):
         even = sides.max() <= MAX_SIDE_RATIO * sides.min()
         if even and sides.min() >= least_px:
             return BoardImage(rendered_board(name, size, T_camera_board, rng), lattice)
-    raise ValueError(f"no pose with the whole board in sight of {name}")
+    raise ValueError(f"{name}: no pose shows the complete board")
 
 
 def rendered_board(name, size, T_camera_board, rng):

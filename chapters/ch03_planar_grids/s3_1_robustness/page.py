@@ -123,7 +123,7 @@ from repro.run import Plan, experiment, experiments
 #
 # - **Squares of 100 px.** The outermost corners are 400 px from the centre. With
 #   a focal length of 300 px the board's plane reaches the camera at a yaw of
-#   48.6°. So the limit of 48° is geometry.
+#   48.6°. So the limit of 48° is a geometric one.
 # - **Black 0, white 255.** Half that contrast doubles the effect of noise. The
 #   sweep of noise has both.
 #

@@ -272,7 +272,7 @@ def numbers_sec_3_3_1(results):
             float(offsets.mean()),
             unit="px",
             reason="simulated clicks, with the SD and the cap that 3.3.1 "
-            "gives: nearly three times as far off as the author's own",
+            "gives: their mean error is nearly three times the author's",
         ),
         "s3_3_1_click_sd": Value(
             float(2 * offsets.std()),

@@ -3,8 +3,8 @@
 #
 # **Question.** The thesis names conditions on which grid extraction depends: light,
 # shadows, the first clicked corner, variation of the squares, a white border. Each
-# remark rests on a few recorded images. Rendered images allow a test with all else
-# unchanged. Which remarks hold?
+# remark is based on a few recorded images. Rendered images allow a test with all
+# else unchanged. Which remarks hold?
 
 # %%
 from dataclasses import replace

@@ -194,7 +194,7 @@ SHORT = {
 PRINTED_METHODS = {OPENCV: "opencv", CELECT: "celect"}
 # Merging distance of CELECT below which squares are small.
 SMALL_T8_PX = 4.5
-RANGE_OF_RUNS = "mean and range of the rendered seeds"
+RANGE_OF_RUNS = "mean and range of the rendered runs"
 STATISTICS = {"mean": np.mean, "max": np.max, "sd": partial(np.std, ddof=1)}
 
 
@@ -271,7 +271,7 @@ def numbers_of_set(results):
                     float(taken(every)) if of_runs else "no right grid",
                     spread(list(map(taken, of_runs)))[1:3] if of_runs else None,
                     "px",
-                    f"all seeds together, and range of the seeds; against {reference}",
+                    f"all runs together, and range of the runs; against {reference}",
                 )
     return found
 
@@ -335,7 +335,7 @@ def numbers_sec_3_3_2(results):
         "s3_3_2_excess": Value(
             largest_after(results) - precision_px,
             unit="px",
-            reason="both methods, all seeds; against cornerSubPix from the truth",
+            reason="both methods, all runs; against cornerSubPix from the truth",
         ),
     }
 

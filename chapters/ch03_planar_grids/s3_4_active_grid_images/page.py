@@ -260,7 +260,7 @@ def fig_3_18_facets(effort):
 #
 # An active grid straightens a fisheye image and reassembles a chessboard in a faceted
 # mirror, as in the thesis. The ranking of Table 3.8 is not reproduced and changes with
-# the pixels. Every verdict rests on few simulated runs.
+# the pixels. Every verdict is based on few simulated runs.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -84,7 +84,7 @@ def _on_monitors(rig, poses, rng):
     inside = (points >= corner) & (points <= corner + extent)
     kept = pixels[(seen & inside.all(axis=2)).all(axis=0)]
     if len(kept) < RAYS:
-        raise RuntimeError(f"{len(kept)} pixels see all monitors")
+        raise RuntimeError(f"{len(kept)} pixels see the monitor in all poses")
     return kept[:RAYS]
 
 

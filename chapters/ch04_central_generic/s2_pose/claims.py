@@ -407,6 +407,6 @@ def numbers_table_4_1(results):
         "t4_1_outliers": Value(
             100 * float(runs.column("decoding", "outlier_share").max()),
             unit="%",
-            reason="of the decoded pixels, in the worst seed; 0.3 % are put in besides",
+            reason="of the decoded pixels, worst run; 0.3 % are simulated in addition",
         ),
     }

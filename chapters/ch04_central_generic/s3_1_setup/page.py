@@ -105,9 +105,9 @@ from repro.run import Plan, experiment
 #
 # $$z_0(\theta) = e_0 \left( \frac{\theta}{\sin\theta} - 1 \right) .$$
 #
-# **A lens shift** by $\mathbf s$ px shows at pixel $\mathbf p$ what was at
-# $\mathbf p - \mathbf s$. Between two grids, it assigns the points of one pixel to
-# two different rays.
+# **A lens shift** by $\mathbf s$ px moves the image of a point from pixel
+# $\mathbf p - \mathbf s$ to pixel $\mathbf p$. Between two grids, it assigns the points
+# of one pixel to two different rays.
 
 # %% [markdown]
 # ## Experiment

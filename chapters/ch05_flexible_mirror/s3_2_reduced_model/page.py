@@ -97,7 +97,7 @@ FEWER = {"quick": 1, "full": 20}
 #
 # A wire bends a plastic mirror on aluminium. A laser scanner measures its back.
 #
-# - Defects of the mirror displace what is seen, more at larger depth (Fig. 5.6, a
+# - Defects of the mirror displace image points, more at larger depth (Fig. 5.6, a
 #   chessboard 5 m away).
 # - With the board at 280 mm the linear estimate "is relatively inaccurate, although the
 #   final estimate is still good".

@@ -298,7 +298,7 @@ def numbers_fig_5_7(results):
         "fig5_7_defl": Value(settings["deflection_mm"], unit="mm"),
         "fig5_7_depth": Value(settings["depth_mm"], unit="mm"),
         "fig5_7_err": Value.of_seeds(
-            final, "mm", "after the deflection, in the camera's frame, on the bench"
+            final, "mm", "after the deflection, in the camera's frame, primary level"
         ),
     }
 

@@ -178,7 +178,7 @@ def viewer_image(rig, rng):
         if np.all(valid & viewer.in_image(pixels)):
             window = window_around(viewer, pixels)
             return photograph_board(windowed(taken, window), T, rng, rng), window
-    raise RuntimeError(f"geometry {rig.name}: no pose of {TRIES} shows the board")
+    raise RuntimeError(f"rig {rig.name}: no pose of {TRIES} shows the board")
 
 
 def whole_board(image, window, board, name):

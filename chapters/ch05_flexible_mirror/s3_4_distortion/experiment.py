@@ -279,7 +279,7 @@ def left_by_plane(camera, true, T_bust, T_plane):
     )
     seen &= np.isfinite(shown).all(axis=1)
     if np.count_nonzero(seen) < MIN_N_LANDMARKS:
-        raise InputError(f"face: {np.count_nonzero(seen)} landmarks are seen")
+        raise InputError(f"face: {np.count_nonzero(seen)} landmarks are visible")
     ideal = view_pixels(view, points[seen])
     return {
         "raw_px": off_homography(pixels[seen], ideal),
@@ -419,7 +419,7 @@ def on_board(rig, camera, sight):
     used = np.isfinite(points).all(axis=1)
     if np.count_nonzero(used) < PLACES / 4:
         raise CalibrationError(
-            f"circle: {np.count_nonzero(used)} of {PLACES} places have rays"
+            f"circle: {np.count_nonzero(used)} of {PLACES} points have rays"
         )
     return CircleOnBoard(T, points, used, fit_circle(points[used]))
 

@@ -100,7 +100,7 @@ from repro.run import Plan, experiment
 # ## Experiment
 #
 # The scene is a wall at 5 m, a plane at 3.98 m and an object at 4.95 m, as in Fig.
-# 5.26. Features are spread evenly, or nine in ten lie in the middle fifth of the
+# 5.26. Features are spread evenly, or nine in ten are in the middle fifth of the
 # mirror's height. Near features, at 1.2 m, may appear where only the bent mirror looks.
 # Table 5.9 has clustered and near features, as the thesis describes. Over 5 mm no far
 # feature remains in the last knot interval, so each push is self-calibrated in two

@@ -197,7 +197,7 @@ READS_PAGES = True
 #   [5.1](../ch05_flexible_mirror/s1_model.ipynb).
 # - **25 min.** Exercises in pairs: predict the fan of rays, then compare with the
 #   slider and Fig. 5.10.
-# - **10 min.** The scoreboard, "twice the field of view" on two geometries: why does
+# - **10 min.** The scoreboard, "twice the field of view" for two rigs: why does
 #   the verdict depend on the rig?
 #
 # **Exercises.** [5.3.3a](../ch05_flexible_mirror/s3_3_calibration.ipynb), exercises 1

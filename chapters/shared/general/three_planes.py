@@ -110,7 +110,7 @@ def draw_pixels(camera, grids, extent, rng):
         kept = np.concatenate([kept, pixels[seen]])
         tried += len(pixels)
         if tried > 4000 * POINTS:
-            raise RuntimeError("the grids are all but out of view")
+            raise RuntimeError("the grids are almost outside the field of view")
     return kept[:POINTS], len(kept) / tried
 
 

@@ -185,7 +185,7 @@ def test_circle_with_few_visible_points_is_rejected():
     sight = exact_sight(rig, camera, 0.0)
     line = sight.line.copy()
     line[10:] = np.nan
-    with pytest.raises(InputError, match="10 of 90 places"):
+    with pytest.raises(InputError, match="10 of 90 points"):
         experiment.on_board(rig, camera, sight._replace(line=line))
 
 
