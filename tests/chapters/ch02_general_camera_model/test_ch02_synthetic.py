@@ -163,7 +163,7 @@ def test_projection_laws_share_rays_and_noise(domain):
         else:
             shifts = [d.noisy_points - d.points for d in (data, first)]
         assert np.abs(shifts[0] - shifts[1]).max() < 1e-9
-        # Half a pixel is the rim of the image about the last pixel centres.
+        # Half a pixel is the edge of the image about the last pixel centres.
         assert data.pixels.min() > -1
         assert data.pixels.max() < three_planes.SIZE_PX
 
@@ -182,10 +182,10 @@ def test_grazing_correlation_differs_between_scales():
 def test_failed_method_is_reported_and_others_continue(monkeypatch):
     from raxel.errors import CalibrationError
 
-    def refuse(*_, **__):
+    def fails(*_, **__):
         raise CalibrationError("no real solution", code="no-real-solution")
 
-    monkeypatch.setitem(experiment.STARTS, "as printed", refuse)
+    monkeypatch.setitem(experiment.STARTS, "as printed", fails)
     case = BASE | {"noise": 0.5}
     out = page.trial(case, trial_rng("test", case, 0))
     assert out["generic_as_printed"] == {"failed": "no-real-solution"}

@@ -1,4 +1,4 @@
-"""3.3.3: images made worse, residuals measured, claims that can fail."""
+"""3.3.3: degraded images, residuals measured, claims that can fail."""
 
 from dataclasses import replace
 from functools import cache
@@ -130,7 +130,7 @@ def judged(judge, residual, **options):
 
 
 def by_measure(judge, residual, **options):
-    """Verdicts by what tells how far corners are off."""
+    """Verdicts by the measure of corner errors."""
     readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual, **options)})
     found = {measure: set() for measure in (report.BY_GRID, report.BY_TRUTH)}
     for one in readings:
@@ -228,7 +228,7 @@ def test_rotated_monitor_has_less_area_and_larger_angles():
         for turn in (0, 60)
     )
     area = experiment.visible_areas(rig, straight)
-    # All of it is in the image, but for pixels on its rim, 1 mm wide.
+    # All of it is in the image, but for pixels on its edge, 1 mm wide.
     assert 0.97 < area.sum() / (size[0] * size[1]) < 1
     assert experiment.visible_areas(rig, turned).sum() < area.sum()
     assert experiment.farthest_angle(rig, straight) == pytest.approx(47, abs=2)

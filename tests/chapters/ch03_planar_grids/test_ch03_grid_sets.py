@@ -1,4 +1,4 @@
-"""3.3.2: how grids are scored, what lost them, and that images are the seed's."""
+"""3.3.2: how grids are scored, why they fail, and that images follow their seeds."""
 
 import numpy as np
 import pytest

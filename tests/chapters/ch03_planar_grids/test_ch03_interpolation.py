@@ -47,7 +47,7 @@ def test_bias_formula_matches_a_weak_lens():
     weak = GridScene(
         BrownCamera(K, (-0.008,), (0, 0), 1000, 1000), lens().T_camera_grid
     )
-    # Of the stated lens k2 takes 5 % away, and the smaller scale at the rim adds 13.
+    # Of the stated lens k2 takes 5 % away, and the smaller scale at the edge adds 13.
     for scene, share, ratio in ((weak, 0.01, 1.0), (stated, 1, 1.08)):
         error = by_enclosing_cell(scene.pixels(points), scene.view(20)) - points
         assert rms(error) / (share * report.formula_mm(20)) == pytest.approx(

@@ -129,7 +129,7 @@ def test_complete_ordered_grid_has_its_largest_error():
 
 
 def ten_levels(name):
-    """Ten levels, the last three of which have a failed trial beside a good one."""
+    """Ten levels, the last three of which have a failed trial and a good one."""
     return OfLaw(
         [{name: level, "levels": "full range"} for level in range(10)],
         lambda value, condition: [2.0, np.nan if condition[name] >= 7 else 3.0],
@@ -182,7 +182,7 @@ def test_gaps_are_between_candidates_of_neighbouring_corners():
 
 
 def test_rotated_board_loses_corners_split_by_blur():
-    """29 px apart, with 19 px for t8: only what stands beside them can be merged."""
+    """29 px apart, with 19 px for t8: only their split neighbours can be merged."""
     found = merging_trial({"yaw_deg": 40}, None)
     weak = found["0.7 px"]
     assert found["step_px"] > 1.4 * found["t8_px"]

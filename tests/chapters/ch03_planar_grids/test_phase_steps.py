@@ -115,7 +115,7 @@ def test_appendix_a_claims_hold_and_fail():
 
 
 def _imaged(orders_3, noise, one_sine=8.0):
-    """Columns of views whose order 3 has these RMS sizes, beside this much noise."""
+    """Columns of views whose order 3 has these RMS sizes, with this much noise."""
     rms = {
         "rms_0": [one_sine] * len(orders_3),
         "rms_1": np.hypot(orders_3, noise),

@@ -27,16 +27,16 @@ def camera(standard, cgsp):
 
 
 # What the standard method has where every claim holds.
-FAR = method(
+OMNI_STANDARD = method(
     {"ray_mean_mm": 1.0, "ba_mean_mm": 0.4},
     SCATTER | {"rms_mm": 3.0, "eigenvalues": 0.1, "kurtosis": 9.0},
     PARAMETERS | {"cz": 120.0},
 )
-NEAR = method(
+FISH_STANDARD = method(
     {"ray_mean_mm": 0.2, "ba_mean_mm": 0.11},
     SCATTER | {"rms_mm": 1.2, "kurtosis": 1.5, "inside": 0.0},
 )
-OMNI, FISH = camera(FAR, method()), camera(NEAR, method())
+OMNI, FISH = camera(OMNI_STANDARD, method()), camera(FISH_STANDARD, method())
 ORDERS = {
     "cgsp.linear.own_ray_mm": 1.0,
     **{f"{m}.linear.own_ray_mm": 3.0 for m in ("as_printed", "well_conditioned")},
@@ -166,7 +166,7 @@ NAMES = {"as_printed": "printed", "well_conditioned": "conditioned", "cgsp": "cg
 
 
 def renamed(values):
-    """Values by the names that the trials of corrected images have for methods."""
+    """Values by the names that the trials of corrected images use for methods."""
     return {
         ".".join([NAMES[name.split(".")[0]], *name.split(".")[1:]]): value
         for name, value in values.items()

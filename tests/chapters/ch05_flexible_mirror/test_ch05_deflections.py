@@ -161,9 +161,9 @@ def test_rejected_runs_are_excluded_and_reported():
     for judge in FALSE.keys() - {claims.judge_underestimate}:
         # Medians bear an eighth of failures.
         missed = "reproduced" if judge is claims.judge_constant else "undecided"
-        told = {("reproduced", "5 of 40", missed), ("reproduced",)}
+        expected = {("reproduced", "5 of 40", missed), ("reproduced",)}
         # The other geometry has none.
-        assert of_rejected(judge, results) == told
+        assert of_rejected(judge, results) == expected
     found = report.Runs(results)
     (means,) = claims.of_arrays(found, 3, ("off_deg",), lambda off: [off.mean()], 1)
     assert np.isnan(means).tolist() == [True] * LOST + [False] * (SEEDS - LOST)
@@ -171,15 +171,15 @@ def test_rejected_runs_are_excluded_and_reported():
 
 
 @pytest.mark.parametrize(
-    ("kept", "told"),
+    ("kept", "reason"),
     [(KEPT, "11 of 264 stages have no linear estimate, which as misses give: differs"),
      ((*KEPT, "linear_mm"), "; 0 of 264 stages have no linear estimate")],
 )  # fmt: skip
-def test_linear_stages_count_before_a_rejection(kept, told):
+def test_linear_stages_count_before_a_rejection(kept, reason):
     results = made(seeds=88, places=False, lost=11, kept=kept)
     primary = readings_of(claims.judge_underestimate, results)[0]
     assert primary.verdict == "reproduced"
-    assert told in primary.reason
+    assert reason in primary.reason
 
 
 def test_level_without_runs_is_undecided():

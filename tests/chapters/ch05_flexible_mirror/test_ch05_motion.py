@@ -1,4 +1,4 @@
-"""Section 5.3.5, a cylinder that moves: what is measured, and what is asked of it."""
+"""Section 5.3.5, a moving cylinder: its measures and its claims."""
 
 import numpy as np
 import pytest
@@ -156,19 +156,22 @@ def test_scale_has_to_settle_and_to_be_correct():
     assert np.all(lost[0] == np.log(report.MAX_FACTOR))
 
 
-FAR = {"published__open__step5__off_mm": 8.1}
-BOTH_FAR = FAR | {"true__open__step5__off_mm": 8.1}
+MISSES_END = {"published__open__step5__off_mm": 8.1}
+BOTH_MISS_END = MISSES_END | {"true__open__step5__off_mm": 8.1}
 
 
 def test_motion_that_the_true_mirror_misses_is_not_comparable():
-    judge, far = claims.judge_motion, "differs"
+    judge = claims.judge_motion
     assert verdicts(judge, all_made()) == ("reproduced", {"reproduced"})
-    assert verdicts(judge, all_made(**FAR)) == (far, {far})
-    assert verdicts(judge, all_made(**BOTH_FAR)) == (NOT_COMPARABLE, {NOT_COMPARABLE})
+    assert verdicts(judge, all_made(**MISSES_END)) == ("differs", {"differs"})
+    assert verdicts(judge, all_made(**BOTH_MISS_END)) == (
+        NOT_COMPARABLE,
+        {NOT_COMPARABLE},
+    )
     # On the longer mirror alone, and at an end of the sweep.
-    found = verdicts(judge, all_made(longer=BOTH_FAR))
+    found = verdicts(judge, all_made(longer=BOTH_MISS_END))
     assert found == ("reproduced", {"reproduced", NOT_COMPARABLE})
-    assert verdicts(judge, all_made(swept=FAR)) == ("undecided", {"reproduced"})
+    assert verdicts(judge, all_made(swept=MISSES_END)) == ("undecided", {"reproduced"})
 
 
 def test_rejected_motions_are_excluded_and_reported():
@@ -183,8 +186,8 @@ def test_rejected_motions_are_excluded_and_reported():
         (claims.judge_markers, "reproduced"),
         (claims.judge_scale, "differs"),
     ):
-        told = {("reproduced", "5 of 40", missed)}
-        assert of_rejected(judge, all_made(**lost)) == told
+        expected = {("reproduced", "5 of 40", missed)}
+        assert of_rejected(judge, all_made(**lost)) == expected
         assert verdicts(judge, all_made(none)) == ("undecided", {"reproduced"})
 
 

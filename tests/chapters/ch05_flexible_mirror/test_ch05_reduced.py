@@ -9,7 +9,7 @@ from chapters.shared.mirror.levels import SWEPT as ENDS
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.reduced import DistanceCurve, HeightCurve
 from tests.judged_claims import of_rejected, readings_of
-from tests.made_results import as_planned, of_columns
+from tests.made_results import as_planned, of_levels
 
 SEEDS = 40
 ANGLE = 0.02
@@ -146,17 +146,11 @@ def columns(**errors):
 def made(usual, **other):
     """The results of both experiments; other: what is otherwise at a level."""
 
-    def of(benches):
-        return {
-            f"{bench}.{key}": value
-            for bench in benches
-            for key, value in columns(**(usual | other.get(bench, {}))).items()
-        }
+    def of(level):
+        values = columns(**(usual | other.get(level, {})))
+        return {f"{level}.{key}": value for key, value in values.items()}
 
-    return {
-        report.RUNS: of_columns(({"geometry": "A"}, of(BENCHES))),
-        report.SWEPT: of_columns(({"geometry": "A"}, of(ENDS))),
-    }
+    return of_levels((report.RUNS, BENCHES, of), (report.SWEPT, ENDS, of))
 
 
 def judged(judge, usual, **other):
@@ -192,8 +186,8 @@ def test_sweep_that_contradicts_leaves_the_primary_undecided(judge):
 @pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
 def test_rejected_runs_are_excluded_and_reported(judge):
     missing = np.where(np.arange(SEEDS) < 12, np.nan, TRUE["final"])
-    told = of_rejected(judge, made(TRUE | {"final": missing}))
-    assert told == {("reproduced", "12 of 40", "differs")}
+    found = of_rejected(judge, made(TRUE | {"final": missing}))
+    assert found == {("reproduced", "12 of 40", "differs")}
     assert {r.reason for r in judged(judge, TRUE | {"final": np.nan})} == {
         "all 40 runs were rejected"
     }

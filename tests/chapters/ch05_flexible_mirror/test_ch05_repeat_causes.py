@@ -10,42 +10,41 @@ from chapters.shared.mirror.rigs import mirror_rig
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from tests.judged_claims import of_rejected, verdicts
-from tests.made_results import of_columns
+from tests.made_results import of_columns, of_levels
 
 SEEDS = 40
 SAME = ("reproduced", {"reproduced"})
 
 
-def vectors_made(benches, edge=0.5, lost=0, worse=()):
-    """Loops whose vectors are 1 mm long, and `edge` mm next to the clamp; twice that in
-    the panels `worse`; lost: seeds without the single step."""
+def vectors(level, edge, lost, worse):
+    """Columns of loops whose vectors are 1 mm long, and `edge` mm next to the clamp;
+    twice that in the panels `worse`; lost: runs without the single step."""
     board = mirror_rig("A").board.points()
     near = claims.next_to_clamp(board, np.ones(len(board), bool), claims.way_to_clamp())
-    values = {}
-    for bench in benches:
-        values[f"{bench}.board_mm"] = [board] * SEEDS
-        for place in PANELS:
-            own = np.zeros((len(board), 2))
-            own[:, 1] = 1.0
-            own[near, 1] = 2 * edge if place in worse else edge
-            gone = lost if place == "single" else 0
-            values[f"{bench}.{place}.back_mm"] = [np.nan] * gone + [1.0] * (
-                SEEDS - gone
-            )
-            values[f"{bench}.{place}.own"] = [None] * gone + [own] * (SEEDS - gone)
-        values[f"{bench}.refused"] = [None] * SEEDS
-        values[f"{bench}.single_refused"] = ["no"] * lost + [None] * (SEEDS - lost)
-    return of_columns(({"geometry": "A"}, values))
-
-
-def loops(at=(), **made):
-    usual = {k: v for k, v in made.items() if k != "worse"}
-    return {
-        "table_5_5_runs": vectors_made(BENCHES, **made),
-        "table_5_5_swept": vectors_made(
-            SWEPT, **usual, worse=at or made.get("worse", ())
-        ),
+    values = {
+        "board_mm": [board] * SEEDS,
+        "refused": [None] * SEEDS,
+        "single_refused": ["no"] * lost + [None] * (SEEDS - lost),
     }
+    for place in PANELS:
+        own = np.tile([0.0, 1.0], (len(board), 1))
+        own[near, 1] = 2 * edge if place in worse else edge
+        gone = lost if place == "single" else 0
+        values[f"{place}.back_mm"] = [np.nan] * gone + [1.0] * (SEEDS - gone)
+        values[f"{place}.own"] = [None] * gone + [own] * (SEEDS - gone)
+    return {f"{level}.{name}": column for name, column in values.items()}
+
+
+def loops(edge=0.5, lost=0, worse=(), at=()):
+    """at: the panels that are worse at the ends of the sweep."""
+    return of_levels(
+        ("table_5_5_runs", BENCHES, lambda level: vectors(level, edge, lost, worse)),
+        (
+            "table_5_5_swept",
+            SWEPT,
+            lambda level: vectors(level, edge, lost, at or worse),
+        ),
+    )
 
 
 def test_clamp_edge_claim_uses_all_panels():
@@ -55,8 +54,8 @@ def test_clamp_edge_claim_uses_all_panels():
     assert verdicts(judge, loops(edge=0.6, worse=("step3",)))[0] == "differs"
     turned = loops(edge=0.6, at=("start",))
     assert verdicts(judge, turned) == ("undecided", {"reproduced"})
-    told = of_rejected(judge, loops(lost=12))
-    assert told == {("reproduced", "12 of 40", "differs")}
+    found = of_rejected(judge, loops(lost=12))
+    assert found == {("reproduced", "12 of 40", "differs")}
 
 
 def test_clamp_edge_is_the_outermost_visible_corner_of_each_row():
@@ -86,28 +85,27 @@ def test_clamp_edge_is_nearest_to_the_clamp_in_the_image():
 
 
 def seen_made(covered=1.2, reciprocal=2.0, lost=0, swinging=0, at=None):
-    """Both experiments: steps back over steps out; at: {bench: another ratio}; lost,
-    swinging: seeds that ended before step 4, or have a swinging end there."""
+    """Both experiments: steps back over steps out; at: {level: another ratio}; lost,
+    swinging: runs that ended before step 4, or have a swinging end there."""
     rng = np.random.default_rng(3)
-    found = {}
-    for name, benches in zip(claims.CONDITIONED, (BENCHES, SWEPT), strict=True):
+
+    def columns(level):
         values = {}
-        for bench in benches:
-            ratio = (at or {}).get(bench, covered)
-            for step in range(1, 7):
-                swings = step == 4 and np.arange(SEEDS) < swinging
-                values[f"{bench}.step{step}.swing_deg"] = np.full(SEEDS, 5.0 * swings)
-                for what, size, more in (
-                    ("covered", 0.6, ratio),
-                    ("reciprocal", 0.02, reciprocal),
-                ):
-                    trials = size * (more if step > 3 else 1)
-                    trials = trials * (1 + 0.01 * rng.standard_normal(SEEDS))
-                    if step > 3:
-                        trials[:lost] = np.nan
-                    values[f"{bench}.step{step}.{what}"] = trials
-        found[name] = of_columns(({"geometry": "A"}, values))
-    return found
+        for step in range(1, 7):
+            swings = step == 4 and np.arange(SEEDS) < swinging
+            values[f"{level}.step{step}.swing_deg"] = np.full(SEEDS, 5.0 * swings)
+            back = step > 3
+            gone = np.arange(SEEDS) < lost * back
+            for what, size, more in (
+                ("covered", 0.6, (at or {}).get(level, covered)),
+                ("reciprocal", 0.02, reciprocal),
+            ):
+                trials = size * more**back * (1 + 0.01 * rng.standard_normal(SEEDS))
+                values[f"{level}.step{step}.{what}"] = np.where(gone, np.nan, trials)
+        return values
+
+    plans = zip(claims.CONDITIONED, (BENCHES, SWEPT), strict=True)
+    return of_levels(*((name, levels, columns) for name, levels in plans))
 
 
 def test_conditioning_claim_needs_coverage_and_condition():
@@ -117,10 +115,10 @@ def test_conditioning_claim_needs_coverage_and_condition():
         assert verdicts(judge, seen_made(**worse)) == ("differs", {"differs"})
     turned = seen_made(at={"twice the factor": 0.8})
     assert verdicts(judge, turned) == ("undecided", {"reproduced"})
-    told = ("reproduced", "20 of 40", "differs")
-    assert of_rejected(judge, seen_made(lost=20)) == {told}
+    expected = ("reproduced", "20 of 40", "differs")
+    assert of_rejected(judge, seen_made(lost=20)) == {expected}
     # Those with swinging ends are rejected in that reading alone.
-    assert of_rejected(judge, seen_made(swinging=20)) == {told, told[:1]}
+    assert of_rejected(judge, seen_made(swinging=20)) == {expected, expected[:1]}
 
 
 def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05, both=False):
@@ -159,8 +157,8 @@ def test_metric_claim_compares_growth_of_both_arms(made, verdict):
 def test_run_rejected_by_both_arms_is_excluded():
     result = grown(lost=30, both=True)
     assert np.isnan(claims.without_less_metric(result[claims.METRIC])[:30]).all()
-    told = of_rejected(claims.judge_metric, result)
-    assert told == {("reproduced", "30 of 40", "differs")}
+    found = of_rejected(claims.judge_metric, result)
+    assert found == {("reproduced", "30 of 40", "differs")}
 
 
 def test_growth_rate_is_the_slope_and_rejection_the_worst():
@@ -203,9 +201,9 @@ def test_corners_stay_on_their_rays_without_the_metric():
 def test_covered_share_is_that_of_the_sheet():
     rig = mirror_rig("A")
     camera = rig.camera(5.0)
-    rim = np.array([[0.25, -0.5], [0.75, -0.5], [0.75, 0.5], [0.25, 0.5]])
+    outline = np.array([[0.25, -0.5], [0.75, -0.5], [0.75, 0.5], [0.25, 0.5]])
     mirror = camera.mirror
-    x, y = (rim * [mirror.end, mirror.half_width]).T
+    x, y = (outline * [mirror.end, mirror.half_width]).T
     points = np.column_stack([x, y, mirror.height(x, y)[0]])
     pixels = camera.viewer.project(transform(camera.T_viewer_mirror, points)).pixels
     assert experiment.covered_share(camera, pixels) == pytest.approx(0.25, rel=1e-3)

@@ -124,8 +124,8 @@ def test_rejected_runs_are_excluded_and_reported(judge, lost):
     way, name = lost.split(".")
     changed = {lost: first_lost(TRUE[way][name])}
     # The ends of the sweep have fewer seeds.
-    told = of_rejected(judge, made(changed, swept={}))
-    assert told == {("reproduced", "15 of 40", "differs")}
+    found = of_rejected(judge, made(changed, swept={}))
+    assert found == {("reproduced", "15 of 40", "differs")}
 
 
 def test_impractical_claim_counts_rejected_self_calibrations():

@@ -53,8 +53,8 @@ def test_tin_claim_holds_and_fails(judge, results, verdict):
 def test_sweep_and_rejected_runs_enter_the_verdict():
     turned = made(swept=(3.0, 0, 0))
     assert verdicts(report.judge_angles, turned) == ("undecided", {"reproduced"})
-    told = of_rejected(report.judge_angles, made(refused=12))
-    assert told == {("reproduced", "12 of 40", "differs")}
+    found = of_rejected(report.judge_angles, made(refused=12))
+    assert found == {("reproduced", "12 of 40", "differs")}
 
 
 def test_faces_meet_at_the_reference_angles():

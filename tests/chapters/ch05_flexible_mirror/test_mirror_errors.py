@@ -1,4 +1,4 @@
-"""What a viewer's own error may be: its scatter, or nothing where nobody tells it."""
+"""Predicted ray errors, with and without the camera's own uncertainty."""
 
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -31,7 +31,7 @@ def test_perturbed_cameras_scatter_as_calibrations_do():
         steps = np.array([numbers(one) - numbers(camera) for one in aside])
         stated.append(np.sqrt(np.sum(steps**2, axis=0)))
     happened = np.sqrt(np.mean(off**2, axis=0))
-    # Twelve draws tell a deviation to a fifth, and terms of a lens hang together.
+    # Twelve draws determine a deviation to a fifth; lens terms are correlated.
     assert np.log(happened / np.median(stated, axis=0)) == pytest.approx(0, abs=0.6)
 
 
@@ -79,9 +79,9 @@ def median_deg(rng, *sd):
 
 @pytest.mark.parametrize(("noise", "misfit"), [(3e-4, 0.0), (3e-4, 4e-4)])
 def test_predicted_median_combines_noise_and_misfit(noise, misfit):
-    (said,) = predicted_errors(None, calibration(noise, misfit), [PIXELS])
+    (predicted,) = predicted_errors(None, calibration(noise, misfit), [PIXELS])
     happens = median_deg(np.random.default_rng(1), noise, misfit)
-    np.testing.assert_allclose(said, happens, rtol=0.02)
+    np.testing.assert_allclose(predicted, happens, rtol=0.02)
 
 
 @pytest.mark.parametrize("misfit", [0.0, 1e-4, 5e-4])
@@ -91,12 +91,12 @@ def test_misfit_is_the_residual_beyond_the_stated_noise(misfit):
     noise, bends = rng.standard_normal((2, 20_000, 2)) * [[[0.5]], [[misfit / px]]]
     off = np.linalg.norm(noise + bends, axis=1) * px
     found = calibration(3e-4, 0.0, noise + bends, 0.5, off)
-    (said,) = predicted_errors(None, found, [PIXELS])
-    assert said[0] == pytest.approx(median_deg(rng, 3e-4, misfit), rel=0.03)
-    # Where nobody states the noise, the bundle's own is all that is known.
+    (predicted,) = predicted_errors(None, found, [PIXELS])
+    assert predicted[0] == pytest.approx(median_deg(rng, 3e-4, misfit), rel=0.03)
+    # Where the noise is not stated, the bundle's own is all that is known.
     unknown = calibration(3e-4, 2e-4, noise + bends, None, off)
-    (said,) = predicted_errors(None, unknown, [PIXELS])
-    assert said[0] == pytest.approx(median_deg(rng, 3e-4, 2e-4), rel=0.02)
+    (predicted,) = predicted_errors(None, unknown, [PIXELS])
+    assert predicted[0] == pytest.approx(median_deg(rng, 3e-4, 2e-4), rel=0.02)
 
 
 def test_perturbed_camera_counts_up_to_a_choice_of_axes(monkeypatch):
@@ -113,10 +113,10 @@ def test_perturbed_camera_counts_up_to_a_choice_of_axes(monkeypatch):
 
     monkeypatch.setattr(mirror_errors, "calibrate_mirror", calibrated)
     for shift, viewers in ((0 * aside, [turned]), (aside, [turned, turned])):
-        (said,) = predicted_errors(views, narrow, [PIXELS], viewers)
+        (predicted,) = predicted_errors(views, narrow, [PIXELS], viewers)
         length = np.linalg.norm(shift) * np.sqrt(len(viewers))
         expected = np.degrees(length) * np.sqrt(np.log(2))
-        np.testing.assert_allclose(said, expected, atol=1e-7)
+        np.testing.assert_allclose(predicted, expected, atol=1e-7)
 
 
 def test_camera_from_a_file_has_no_predicted_error():

@@ -27,7 +27,7 @@ def test_placed_board_matches_the_plan(rig):
     middle = middle_of(rig, T := experiment.placed(rig, 35.0, 90.0, 150.0, 15.0))
     assert np.linalg.norm(middle) == pytest.approx(150)
     assert np.degrees(np.arccos(middle[2] / 150)) == pytest.approx(35)
-    # Azimuth 90 degrees is down in the image; rows run along the rim.
+    # Azimuth 90 degrees is down in the image; rows run along the edge.
     assert middle[:2] == pytest.approx([0, 150 * np.sin(np.radians(35))])
     assert np.abs(T[:3, 0]) == pytest.approx([1, 0, 0])
     tilt = np.arccos(T[:3, 2] @ middle / 150)

@@ -110,7 +110,7 @@ def rig_scores():
 
 
 def fisheye_cases():
-    """OpenCV's model refuses the boards at the rim."""
+    """OpenCV's model rejects the boards at the edge."""
     for use, answering in (("inner", 3), ("all", 2)):
         values = {"boards": 6, "opencv_fisheye.reason": "refused"}
         for model in ("zhang", "generic", "opencv_fisheye")[:answering]:
@@ -199,10 +199,10 @@ def test_photograph_record_adds_up():
         for run in one["scores"]:
             outcomes = ("right", "wrong", "unjudged", "refused")
             assert sum(run[name] for name in outcomes) == run["images"]
-    told = recorded_scores({"set": "fisheye-deltille"})
-    assert told["images"] == 10
-    assert told["raxel"]["right"] == 10
-    assert told["opencv"] == {"right": 2, "wrong": 0}
+    scores = recorded_scores({"set": "fisheye-deltille"})
+    assert scores["images"] == 10
+    assert scores["raxel"]["right"] == 10
+    assert scores["opencv"] == {"right": 2, "wrong": 0}
 
 
 def test_stated_errors_are_summed_over_the_record():

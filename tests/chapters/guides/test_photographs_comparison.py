@@ -1,4 +1,4 @@
-"""Image sets beside each other: medians of their errors, and sets that are twins."""
+"""Comparison of image sets: medians of their errors, and sets that are twins."""
 
 import json
 from pathlib import Path
@@ -11,20 +11,20 @@ from chapters.shared.images.reading import PEER
 from repro.run.results import Result
 
 
-def write_study(folder, name, *, ratio, photographs, seed, of_peer=0):
-    """A result with the shape of the study's: one part keeps all photographs out.
+def write_study(folder, name, *, ratio, images, seed, of_peer=0):
+    """A result with the shape of the study's: one part keeps all images out.
 
     OpenCV's fisheye model answers in the first `of_peer`, with 0.5 px.
     """
     rng = np.random.default_rng(seed)
-    count = max(photographs, 2)
+    count = max(images, 2)
     conditions = [
         {"part": "image", "view": i, "image": f"{i}.png"} for i in range(count)
     ]
     conditions += [{"part": "fit"}, {"part": "fold", "fold": 0}]
     arrays = {f"{i}/0/corners": rng.uniform(0, 100, (20, 2)) for i in range(count)}
     fold = {"kept_out": count}
-    for i in range(photographs):
+    for i in range(images):
         general = rng.uniform(0.2, 0.25)
         fold |= {f"views.{i}.corners": 20}
         models = [("zhang", ratio * general), ("general", general)]
@@ -35,9 +35,9 @@ def write_study(folder, name, *, ratio, photographs, seed, of_peer=0):
                 fold |= {f"{stem}.corners": 18, f"{stem}.rms_px": px}
                 fold |= {f"{stem}.mean_deg": px / 10, f"{stem}.reason": ""}
                 arrays[f"{count + 1}/0/{stem}.residuals_px"] = np.full((20, 2), px)
-    why = "" if photographs else "generic calibration: no board overlaps two others"
+    why = "" if images else "generic calibration: no board overlaps two others"
     fit = {"general.reason": why, "zhang.reason": ""}
-    if photographs:
+    if images:
         fit["general.image_with_ray"] = 0.75
     values = [{"found": True, "columns": 5, "reason": ""}] * count + [fit, fold]
     names = [f"{i}.png" for i in range(count)]
@@ -63,11 +63,11 @@ def sets(tmp_path):
 
     return dict(
         [
-            study("strong", ratio=9, photographs=12, seed=1, of_peer=9),
-            study("none", ratio=1, photographs=0, seed=2),
-            study("weak", ratio=0.7, photographs=12, seed=3),
-            study("few", ratio=3, photographs=4, seed=4),
-            study("again", ratio=9, photographs=12, seed=1),
+            study("strong", ratio=9, images=12, seed=1, of_peer=9),
+            study("none", ratio=1, images=0, seed=2),
+            study("weak", ratio=0.7, images=12, seed=3),
+            study("few", ratio=3, images=4, seed=4),
+            study("again", ratio=9, images=12, seed=1),
         ]
     )
 

@@ -1,4 +1,4 @@
-"""The page of an active grid says what became of the images, whatever they are."""
+"""The page of an active grid describes any set of images."""
 
 from pathlib import Path
 
@@ -44,24 +44,24 @@ def produced(tmp_path, scene):
     for table in filled:
         assert len({len(column) for column in table.columns.values()}) == 1
     study = report.GridStudy(given[report.STUDY])
-    told = {sentence.__name__: sentence(study) for sentence in SENTENCES}
-    for text in told.values():
+    sentences = {sentence.__name__: sentence(study) for sentence in SENTENCES}
+    for text in sentences.values():
         assert text.endswith(".")
         assert "nan" not in text.split()
-    return told, filled
+    return sentences, filled
 
 
 def test_page_describes_phase_shift_images_with_code(tmp_path):
-    told, (views, _) = produced(tmp_path, drawn(noise=2.0, blur=0.8))
+    sentences, (views, _) = produced(tmp_path, drawn(noise=2.0, blur=0.8))
     share = views.columns["Decoded (%)"][0]
-    assert f"{share:.1f} % of all pixels" in told["found"]
+    assert f"{share:.1f} % of all pixels" in sentences["found"]
     total = sum(
         views.columns[name][0] for name in views.columns if name.endswith("(%)")
     )
     assert total == pytest.approx(100)
-    assert "mm along x and" in told["precision"]
-    assert told["doubted"].startswith("The images are consistent")
-    assert told["camera"].startswith("There is no calibration: 1 views")
+    assert "mm along x and" in sentences["precision"]
+    assert sentences["doubted"].startswith("The images are consistent")
+    assert sentences["camera"].startswith("There is no calibration: 1 views")
     assert views.columns["Noise at grey value 100 (grey values)"][0] == pytest.approx(
         2, rel=0.1
     )
@@ -69,21 +69,21 @@ def test_page_describes_phase_shift_images_with_code(tmp_path):
 
 def test_page_describes_code_of_one_axis(tmp_path):
     scene = drawn(plan=PatternPlan((6, 0), True), noise=2.0)
-    told, (views, _) = produced(tmp_path, scene)
-    assert "along y" not in told["precision"]
-    assert told["precision"].endswith("that of a cell's width.")
+    sentences, (views, _) = produced(tmp_path, scene)
+    assert "along y" not in sentences["precision"]
+    assert sentences["precision"].endswith("that of a cell's width.")
     assert not any("σ y" in name for name in views.columns)
 
 
 def test_page_reports_images_in_the_wrong_order(tmp_path):
     scene = drawn(noise=2.0, blur=0.8)
     scene.images[[12, 13]] = scene.images[[13, 12]]
-    told, (views, _) = produced(tmp_path, scene)
-    assert told["found"].startswith(
+    sentences, (views, _) = produced(tmp_path, scene)
+    assert sentences["found"].startswith(
         "None of 1 view is decoded: the phase steps along x"
     )
     assert "not in order" in views.columns["Remark"][0]
-    assert told["precision"] == "No standard deviation is predicted."
+    assert sentences["precision"] == "No standard deviation is predicted."
 
 
 def test_exercise_answers_are_correct():

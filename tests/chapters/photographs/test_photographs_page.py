@@ -1,4 +1,4 @@
-"""The page of an image set: right on a drawn camera, and at a loss for none."""
+"""The page of an image set: correct for a drawn camera, complete for any set."""
 
 import json
 import re
@@ -254,12 +254,12 @@ def test_page_describes_a_successful_set(drawn):
 
 
 def test_failed_generic_method_leaves_the_rest(drawn, tmp_path, monkeypatch):
-    def refuses(*_, **__):
+    def fails(*_, **__):
         raise CalibrationError("no board overlaps two others", code="no-overlap")
 
-    # Nor does any other but the two that the page compares and shows beside it.
+    # All methods but the two that the page compares fail.
     for name in {*CALIBRATIONS} - {"calibrate_zhang", "calibrate_opencv_fisheye"}:
-        monkeypatch.setattr(experiment, name, refuses)
+        monkeypatch.setattr(experiment, name, fails)
     result = run(drawn[0], tmp_path)
     captions, texts = produce(result)
     assert "no-overlap" in captions[-1]

@@ -61,8 +61,8 @@ def test_white_errors_keep_their_size_and_are_uncorrelated():
     np.testing.assert_allclose(np.abs(found), 2 * np.abs(smooth))
     x, y = found[..., 0], found[..., 1]
     for one, other in ((x[:, 1:], x[:, :-1]), (y[1:], y[:-1]), (x, y)):
-        beside = np.corrcoef(one.ravel(), other.ravel())[0, 1]
-        assert abs(beside) < 4 / np.sqrt(x.size)
+        correlation = np.corrcoef(one.ravel(), other.ravel())[0, 1]
+        assert abs(correlation) < 4 / np.sqrt(x.size)
 
 
 def test_sigma_follows_the_factor():
