@@ -18,9 +18,8 @@ STRETCH = 1 / np.cos(np.radians(STEP_AT_DEG)) ** 2
 
 
 def residual_task():
-    """The mean length of Gaussian noise on two axes is its SD times sqrt(pi / 2), and
-    the mean of points with independent noise has it divided by the root of their
-    number."""
+    """The mean length of Gaussian noise on two axes is its SD times sqrt(pi / 2). The
+    mean of n points with independent noise has 1 / sqrt(n) of that."""
     return {
         "expected": lambda: clean_residual(NOISE_PX, GRIDS),
         "hint": "what is the mean length of an error with two components?",

@@ -493,8 +493,8 @@ def fig_3_11(results, published):
         drawn,
         columns(COLUMNS, rows),
         "Errors and success of CELECT on the synthetic board, before localisation, "
-        "over (a) noise, (b) blur, (c) size of the squares, (d) field of view and "
-        "(e) yaw, with two smoothings of its gradients. Above: largest error of "
+        "with two smoothings of its gradients. Swept: (a) noise, (b) blur, (c) size "
+        "of the squares, (d) field of view, (e) yaw. Above: largest error of "
         "the successful trials and, for the first smoothing, the median of their "
         "mean error with its 95 % interval. Below: share of successful trials with "
         "its exact 95 % interval. (f) Largest error after localisation over the "

@@ -12,8 +12,8 @@ HIT_MM = np.array([120.0, -80.0, -250.0])
 
 
 def image_task():
-    """The ray from (120, -80, -250) to the centre crosses z = 0 after 250 of 750 mm,
-    a third of the path, so x is two thirds of its value."""
+    """The ray from (120, -80, -250) to the centre crosses z = 0 after a third of the
+    path, 250 of 750 mm. So x is two thirds of its value."""
     return {
         "expected": image_x,
         "hint": "which part of the path to the centre is below the base grid?",

@@ -246,9 +246,9 @@ def ext_fig_5_5_bias(results):
         drawn,
         columns(("sensor", "depth_mm", "mean_share", "low", "high"), rows),
         "Share of the tip's deflection that the linear estimate misses, against scene "
-        "depth, for four sensors with the same lens, and so four distances D from the "
-        "camera to the mirror. Means with 95 % intervals; dotted: D/(Z+D); both axes "
-        "are logarithmic.",
+        "depth. Four sensors with the same lens give four distances D from the camera "
+        "to the mirror. Means with 95 % intervals. Dotted: D/(Z+D). Both axes are "
+        "logarithmic.",
     )
 
 

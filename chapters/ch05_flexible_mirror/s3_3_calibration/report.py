@@ -194,8 +194,8 @@ def ext_mirror_bench(results, published):
         "mean distance of mirror points from their two rays, against the factor of the "
         "low-noise level's decoding errors; (b) with that factor, mean residual after "
         "the first deflection, against the unevenness. Second level, with a displaced "
-        "platter: (c) mean angle to the rays measured with the grids of the primary "
-        "calibration, with the chosen unevenness; (d) mean back-projection error at "
+        "reference mirror: (c) mean angle to the rays measured with the grids of the "
+        "primary calibration, with the chosen unevenness; (d) mean back-projection error at "
         f"stage 0, with the chosen factor. Rig A, published method, {runs} runs. The "
         f"printed numbers are reached: {'; '.join(found)}.",
         check if runs > 3 else None,
@@ -229,11 +229,10 @@ def fig_5_8(results):
     return Drawing(
         scene_figure(scene, height_in=4.6),
         {"corners_seen_at_stage": [0], "count": [int(seen.sum())]},
-        "Simulated rig A for the full model, in the camera's frame: the camera, the "
-        "mirror at stages 0 and 3 with its clamped edge at the right, the load that "
-        "bends it, the board of the dynamic calibration, and the monitor in the two "
-        "positions of the primary calibration. Monitor and board are not present "
-        "together.",
+        "Simulated rig A for the full model, in the camera's frame: camera, load, and "
+        "mirror at stages 0 and 3 with its clamped edge at the right. The board of the "
+        "dynamic calibration and the monitor in the two positions of the primary "
+        "calibration are not present together.",
         Check(bool(seen.sum() >= 90), f"{seen.sum()} corners of the board are seen"),
         scene,
     )

@@ -264,9 +264,9 @@ def distances_figure(results):
         drawn,
         columns(("mirror", "face", "distance_mm", "count"), rows),
         "Signed distances of the tin's points from the plane of their face, positive "
-        "outside, and normal curves of the same spread (outliers excluded), with the "
-        "true mirror and with the published calibration. First run of the second level "
-        "that has both.",
+        "outside, with the true mirror and with the published calibration. Curves: "
+        "normal distributions of the same spread, outliers excluded. First run of the "
+        "second level that has both.",
     )
 
 

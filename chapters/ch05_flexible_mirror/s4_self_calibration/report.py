@@ -315,8 +315,8 @@ def table_5_9(results):
     return Table(
         columns(_heads(), rows),
         "Deflections from a distant scene by linear self-calibration, with features "
-        "across the middle of the mirror and near ones at the free end; sag at the "
-        "load; and, not in the thesis, errors of rays and back-projection. Rig A. "
+        "across the middle of the mirror and near ones at the free end. Sag at the "
+        "load. Errors of rays and back-projection are not in the thesis. Rig A. "
         f"{MEDIANS} {REACH}",
         printed={
             title: with_published([f"t5_9_s{k}_{end}" for k in STAGES], len(rows))
