@@ -10,7 +10,7 @@ from chapters.shared.rigs import rig_named
 from raxel.cameras import OrthographicCamera, PerspectiveCamera, QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import Laboratory, room
-from raxel.multiview import FAR, cylindrical_view
+from raxel.multiview import FAR_RANGE_MM, cylindrical_view
 from raxel.show import drawn_poses
 
 RIG = "panorama-hyperboloid"
@@ -194,7 +194,7 @@ def jacobians(camera, view, pixels):
     for step in STEP_PX * np.eye(2):
         ahead, behind = (
             camera.project(
-                view.centre + FAR * view.directions(pixels + side * step)
+                view.centre + FAR_RANGE_MM * view.directions(pixels + side * step)
             ).pixels
             for side in (1, -1)
         )

@@ -27,7 +27,7 @@ from chapters.shared.central import (
 )
 from chapters.shared.rigs import rig_named
 from raxel.calibration import (
-    GRAZING,
+    MIN_INCIDENCE_COSINE,
     board_views,
     calibrate_zhang,
     facing_plane_normal,
@@ -454,7 +454,7 @@ def plane_trial(condition, rng):
     directions, points = rays_and_points(scene, "measured on the base grid")
     true = moved(scene.T_base_grid[1], -CENTRE_MM)
     normals = tilted(synthetic_plane_normal(directions), rng)
-    seen = (directions @ normals.T > GRAZING).all(axis=1)
+    seen = (directions @ normals.T > MIN_INCIDENCE_COSINE).all(axis=1)
     out = {"share_common": np.mean(seen)}
     for kind, used in (("common", seen), ("own", np.ones_like(seen))):
         for tilt, normal in zip(TILTS_DEG, normals, strict=True):

@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     update_seconds,
 )
 from chapters.shared.mirror import STAGES_MM, BenchRuns, mirror_rig, reached
-from raxel.calibration import SWINGING_DEG
+from raxel.calibration import MAX_SWING_DEG
 from raxel.geometry import intersect_rays_plane, on_plane, transform
 from raxel.show import Polyline, Scene, Segments, Surface, framed, frustum
 from raxel.show import board as board_mesh
@@ -70,7 +70,7 @@ class LoopRuns(BenchRuns):
         """Extends that of all runs; the single step starts after the third step."""
         if place != "single":
             return super().goes_on(place)
-        swings = self.result.column(self.bench, place, "swing_deg") >= SWINGING_DEG
+        swings = self.result.column(self.bench, place, "swing_deg") >= MAX_SWING_DEG
         swings &= self["swinging_ends"]
         return super().goes_on(STEP_NAMES[OUT - 1]) & ~swings
 

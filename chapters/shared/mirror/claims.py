@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from chapters.shared.mirror.levels import LEVEL, LEVEL_NAMES, SWEPT
-from raxel.calibration import SWINGING_DEG
+from raxel.calibration import MAX_SWING_DEG
 from repro.run import SHARE_OF_SEEDS, Case, Measured, Reading, counterpart
 
 # Names in the trials of the options of the ledger's questions.
@@ -72,7 +72,7 @@ class BenchRuns(Case):
         stages = self.SWINGS[: self.SWINGS.index(place) + 1]
         # Not reached is nan: rejected for another reason, and not for this one.
         swing = self.result.column(self.bench, stages, "swing_deg")
-        return ~np.any(swing >= SWINGING_DEG, axis=0)
+        return ~np.any(swing >= MAX_SWING_DEG, axis=0)
 
     def at_place(self, place, name):
         """A value (runs,) of a stage, nan from the rejection on."""

@@ -17,7 +17,7 @@ from .generic.known_motion import rays_from_known_motion as rays_from_known_moti
 from .generic.standard import calibrate_compared as calibrate_compared
 from .generic.standard import calibrate_generic as calibrate_generic
 from .generic.standard import compared_boards as compared_boards
-from .linear.cgsp import SUBSET as SUBSET
+from .linear.cgsp import N_RANSAC_PAIRS as N_RANSAC_PAIRS
 from .linear.cgsp import circle as circle
 from .linear.cgsp import circle_of as circle_of
 from .linear.cgsp import conic_rows as conic_rows
@@ -67,7 +67,7 @@ from .mirror.reduced import ray_point_offsets as ray_point_offsets
 from .mirror.reduced import refine_reduced as refine_reduced
 from .mirror.reduced import reflected as reflected
 from .mirror.reduced import viewing_rays as viewing_rays
-from .mirror.refine import SWINGING_DEG as SWINGING_DEG
+from .mirror.refine import MAX_SWING_DEG as MAX_SWING_DEG
 from .mirror.refine import orthogonality_rows as orthogonality_rows
 from .mirror.refine import refine_shape as refine_shape
 from .mirror.refine import reflection_normals as reflection_normals
@@ -90,7 +90,7 @@ from .parametric.lens_formula import UNDECIDED as UNDECIDED
 from .parametric.lens_formula import calibrate_lens as calibrate_lens
 from .parametric.opencv_fits import calibrate_opencv_fisheye as calibrate_opencv_fisheye
 from .parametric.opencv_fits import calibrate_zhang as calibrate_zhang
-from .pose.grid_pose import GRAZING as GRAZING
+from .pose.grid_pose import MIN_INCIDENCE_COSINE as MIN_INCIDENCE_COSINE
 from .pose.grid_pose import facing_plane_normal as facing_plane_normal
 from .pose.grid_pose import grid_pose_ransac as grid_pose_ransac
 from .pose.grid_pose import linear_grid_pose as linear_grid_pose

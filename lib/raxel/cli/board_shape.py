@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.parametric.lens_formula import FEWEST, STRETCH
+from raxel.calibration.parametric.lens_formula import MIN_N_SHAPE_IMAGES, STRETCH
 from raxel.calibration.views.correspondence import BENDS, TERMS, BoardShape, BoardView
 from raxel.cli.scores import known
 from raxel.errors import InputError
@@ -117,7 +117,7 @@ def shape_line(test, unit, target):
     """How flat the board is, for people."""
     if test is None:
         return (
-            f"shape of the {target}: taken as stated; to ask takes {FEWEST} {target}s "
+            f"shape of the {target}: taken as stated; to ask takes {MIN_N_SHAPE_IMAGES} {target}s "
             "at other places and a formula, or smooth rays on one"
         )
     wide, high = 2 * test.shape.half
@@ -136,11 +136,11 @@ def shape_line(test, unit, target):
 def not_asked(test, boards, target):
     """What to add where a camera does not fit and nobody asked for the board's shape:
     "" where there were boards enough."""
-    if test is not None or boards >= FEWEST:
+    if test is not None or boards >= MIN_N_SHAPE_IMAGES:
         return ""
     return (
         f"; a {target} that is bent does so, too: its shape was not asked for, which "
-        f"takes {FEWEST} {target}s and a formula"
+        f"takes {MIN_N_SHAPE_IMAGES} {target}s and a formula"
     )
 
 

@@ -480,10 +480,12 @@ def _within(H, source, target, threshold):
 # A homography to start from where some pairs are wrong, and where to cut them off.
 
 
-CUT = 5.0  # standard deviations
-JUDGES = 2000  # pairs that judge the samples
-QUARTER = 0.7585  # lower quartile of distances, noise of standard deviation 1 per axis
-ROUNDING = 1e-9  # of the spread of the target: no pair is cut for less
+OUTLIER_SIGMAS = 5.0  # standard deviations
+N_SCORING_PAIRS = 2000  # pairs that judge the samples
+RAYLEIGH_QUARTILE = (
+    0.7585  # lower quartile of distances, noise of standard deviation 1 per axis
+)
+ROUNDING_TOL = 1e-9  # of the spread of the target: no pair is cut for less
 
 
 def robust_start(
@@ -529,7 +531,7 @@ def robust_start(
     """
     trials = int(np.ceil(trials_needed(0.5, 4, 0.999)))
     picks = random_samples(rng, len(source), trials)
-    judges = rng.permutation(len(source))[:JUDGES]
+    judges = rng.permutation(len(source))[:N_SCORING_PAIRS]
     T_s, T_t = normalising(source), normalising(target)
     hypotheses = four_point_homographies(
         apply_homography(T_s, source), apply_homography(T_t, target), picks
@@ -542,11 +544,11 @@ def robust_start(
         )
     gaps = _distances(hypotheses, source[judges], target[judges])
     H = hypotheses[np.argmin(np.quantile(gaps, 0.25, axis=1))]
-    least = ROUNDING * np.sqrt(np.mean((target - np.median(target, axis=0)) ** 2))
+    least = ROUNDING_TOL * np.sqrt(np.mean((target - np.median(target, axis=0)) ** 2))
     for _ in range(5):
         gap = _distances(H, source, target)
-        noise = np.quantile(gap, 0.25) / QUARTER if sigma is None else sigma
-        limit = max(CUT * noise, least)
+        noise = np.quantile(gap, 0.25) / RAYLEIGH_QUARTILE if sigma is None else sigma
+        limit = max(OUTLIER_SIGMAS * noise, least)
         right = gap < limit
         if np.count_nonzero(right) < 4:
             break

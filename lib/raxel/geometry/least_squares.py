@@ -9,7 +9,7 @@ import numpy as np
 
 from raxel.errors import CalibrationError
 
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-6, 1e-12, 1e8
+FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-6, 1e-12, 1e8
 
 
 def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
@@ -41,12 +41,12 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
             state, cost = trial, new
             equations, system = new_equations, None
             costs.append(cost)
-            damping = max(damping / 10, LEAST_DAMPING)
+            damping = max(damping / 10, MIN_DAMPING)
         else:
             # A step that promised a decrease below rounding: already at the minimum.
             converged = abs(step @ gradient) <= 1e-13 * cost
             damping *= 10
-            if damping > LARGEST_DAMPING:
+            if damping > MAX_DAMPING:
                 break
     return state, np.array(costs), bool(converged)
 

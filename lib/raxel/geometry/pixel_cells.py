@@ -6,9 +6,11 @@ was decoded, neighbours see places far apart, and nothing between them may be fi
 
 import numpy as np
 
-TILE = 16  # px: within it, neighbours that see one surface are about equally far apart
-FARTHER = 3.0  # times the usual step in a tile
-TIMES_SD = 6.0
+TILE_PX = (
+    16  # px: within it, neighbours that see one surface are about equally far apart
+)
+MAX_SIDE_RATIO = 3.0  # times the usual step in a tile
+MAX_SIDE_SIGMAS = 6.0
 
 
 def whole_cells(location, sigma=None):
@@ -16,8 +18,8 @@ def whole_cells(location, sigma=None):
 
     location: (H, W, 2), the point that each pixel sees, NaN where none is known; sigma:
     alike, standard deviations. Square [v, u] has pixel (u, v) as its upper left one. No
-    side of a whole one is longer than FARTHER times the median of the sides of its kind
-    in the tile around, and TIMES_SD standard deviations.
+    side of a whole one is longer than MAX_SIDE_RATIO times the median of the sides of its kind
+    in the tile around, and MAX_SIDE_SIGMAS standard deviations.
     """
     along, down = (_near(location, sigma, axis) for axis in (1, 0))
     return along[:-1] & along[1:] & down[:, :-1] & down[:, 1:]
@@ -44,12 +46,12 @@ def as_in_a_mirror(location):
 def _near(location, sigma, axis):
     """Whether each pixel and the next one along an axis see one surface."""
     steps = _lengths(location, axis)
-    allowed = FARTHER * _tile_medians(steps)
+    allowed = MAX_SIDE_RATIO * _tile_medians(steps)
     if sigma is not None:
         variance = np.sum(np.square(sigma), axis=2)
         ends = np.moveaxis(variance, axis, 0)
         both = np.moveaxis(ends[:-1] + ends[1:], 0, axis)
-        allowed = allowed + TIMES_SD * np.sqrt(both)
+        allowed = allowed + MAX_SIDE_SIGMAS * np.sqrt(both)
     with np.errstate(invalid="ignore"):
         return steps <= allowed
 
@@ -61,12 +63,12 @@ def _lengths(location, axis):
 def _tile_medians(steps):
     """The median of the finite steps in the tile of each, NaN where there is none."""
     height, width = steps.shape
-    rows, columns = -(-height // TILE), -(-width // TILE)
-    padded = np.full((rows * TILE, columns * TILE), np.nan, steps.dtype)
+    rows, columns = -(-height // TILE_PX), -(-width // TILE_PX)
+    padded = np.full((rows * TILE_PX, columns * TILE_PX), np.nan, steps.dtype)
     padded[:height, :width] = steps
-    tiles = padded.reshape(rows, TILE, columns, TILE).swapaxes(1, 2)
+    tiles = padded.reshape(rows, TILE_PX, columns, TILE_PX).swapaxes(1, 2)
     tiles = np.sort(tiles.reshape(rows * columns, -1), axis=1)  # NaN last
     known = np.count_nonzero(np.isfinite(tiles), axis=1)
     middle = tiles[np.arange(len(tiles)), np.maximum(known - 1, 0) // 2]
-    medians = middle.reshape(rows, columns).repeat(TILE, 0).repeat(TILE, 1)
+    medians = middle.reshape(rows, columns).repeat(TILE_PX, 0).repeat(TILE_PX, 1)
     return medians[:height, :width]

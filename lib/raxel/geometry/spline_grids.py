@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import InputError
 
 # Of the box's size: a point this near outside it is on its edge but for rounding.
-ON_EDGE = 1e-9
-MOST_COEFFICIENTS, HIGHEST_DEGREE = 200, 7
+EDGE_TOL = 1e-9
+MAX_N_COEFFICIENTS, MAX_DEGREE = 200, 7
 
 
 class SplineGrid:
@@ -164,7 +164,7 @@ class SplineGrid:
     def _box(self):
         """Lowest and highest (u, v), with what rounding takes."""
         low, high = np.array([(knots[0], knots[-1]) for knots in self._knots]).T
-        slack = ON_EDGE * (high - low)
+        slack = EDGE_TOL * (high - low)
         return low - slack, high + slack
 
     def _inside(self, uv):
@@ -310,20 +310,19 @@ def _axes(angle):
 def _checked_degree(degree):
     found = np.array(degree)
     whole = found.shape == (2,) and np.all(found == np.round(found))
-    if not (whole and np.all((found >= 1) & (found <= HIGHEST_DEGREE))):
+    if not (whole and np.all((found >= 1) & (found <= MAX_DEGREE))):
         raise InputError(
-            f"field 'degree': found {degree}; give two whole numbers, 1 to "
-            f"{HIGHEST_DEGREE}"
+            f"field 'degree': found {degree}; give two whole numbers, 1 to {MAX_DEGREE}"
         )
     return tuple(int(k) for k in found)
 
 
 def _checked_knots(name, knots, degree):
     knots = np.array(knots, float)
-    if knots.ndim != 1 or not 2 * degree + 2 <= len(knots) <= MOST_COEFFICIENTS:
+    if knots.ndim != 1 or not 2 * degree + 2 <= len(knots) <= MAX_N_COEFFICIENTS:
         raise InputError(
             f"field '{name}': shape {knots.shape} found; give {2 * degree + 2} to "
-            f"{MOST_COEFFICIENTS} knots in a row for degree {degree}"
+            f"{MAX_N_COEFFICIENTS} knots in a row for degree {degree}"
         )
     inner = knots[degree : len(knots) - degree]
     ends = np.concatenate([knots[: degree + 1] - inner[0], knots[-degree - 1 :]])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import Camera, Projection, as_rows, checked_array
-from raxel.cameras.core.storage import DEEPEST, argument_names
+from raxel.cameras.core.storage import MAX_NESTING_DEPTH, argument_names
 from raxel.cameras.mirrors.bent import ball_facets
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
@@ -365,9 +365,9 @@ BALL_NEEDS = ("viewer", *argument_names(ball_facets)[1])
 
 def rig_camera(path, data, field="camera"):
     """The camera of a section; complaints of its class get file and field."""
-    if field.count(".") > DEEPEST:
+    if field.count(".") > MAX_NESTING_DEPTH:
         raise InputError(
-            f"{path}: {field}: a camera in {DEEPEST} others; give one nested less "
+            f"{path}: {field}: a camera in {MAX_NESTING_DEPTH} others; give one nested less "
             "deeply"
         )
     fields = {}

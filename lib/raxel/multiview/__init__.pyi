@@ -25,7 +25,7 @@ from .ray_bundle import bundle_rays as bundle_rays
 from .ray_noise import gaps as gaps
 from .ray_noise import matched_rays as matched_rays
 from .ray_noise import rays_of_pixels as rays_of_pixels
-from .views import FAR as FAR
+from .views import FAR_RANGE_MM as FAR_RANGE_MM
 from .views import CylindricalView as CylindricalView
 from .views import PerspectiveView as PerspectiveView
 from .views import cylindrical_view as cylindrical_view

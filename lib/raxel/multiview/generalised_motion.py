@@ -25,7 +25,7 @@ from raxel.geometry.homography import best_hypothesis, checked_generator
 from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.poses import tangent_bases
 from raxel.multiview.motion_samples import (
-    SAMPLE,
+    SAMPLE_SIZE,
     best_turn,
     essential_matrix,
     motion_of_essential,
@@ -35,8 +35,8 @@ from raxel.multiview.motion_samples import (
     turning_pairs,
 )
 from raxel.multiview.ray_noise import (
-    FEWEST,
-    ONE_POINT,
+    COINCIDENCE_TOL,
+    MIN_N_POSE_PAIRS,
     NoisyRays,
     along_sphere,
     checked_motion,
@@ -60,10 +60,10 @@ from raxel.multiview.ray_noise import (
 
 # Eigenvalues below this share of the largest are zero: standard deviations are then
 # as large as can be told.
-LEAST_SHARE = 1e-15
+MIN_EIGENVALUE_RATIO = 1e-15
 # Lengths are told where they are known to this share, three standard deviations of one
 # over the length: noise shifts that alike, whatever the length.
-TOLD = 1 / 3
+MAX_SCALE_SD_RATIO = 1 / 3
 
 
 class MotionInformation(NamedTuple):
@@ -109,7 +109,7 @@ class MotionInformation(NamedTuple):
     @property
     def scale_told(self) -> bool:
         """Whether the rays determine the length to better than a third of itself."""
-        return self.scale_sd < TOLD
+        return self.scale_sd < MAX_SCALE_SD_RATIO
 
     def __str__(self):
         told = "told" if self.scale_told else "not told"
@@ -155,7 +155,7 @@ def motion_information(
     """
     pairs = matched_rays(rays_1, rays_2, about=about, fewest=1)
     R, u = pairs.about_centre(checked_motion(T_2_1))
-    if not np.linalg.norm(u) > ONE_POINT * np.abs(pairs.rays_1.origins).max():
+    if not np.linalg.norm(u) > COINCIDENCE_TOL * np.abs(pairs.rays_1.origins).max():
         raise CalibrationError(
             "motion: the rays' centre does not move, so that no direction or length of"
             " it can be told; give another centre with about=",
@@ -182,7 +182,7 @@ def inverse_information(information):
     """Its inverse (p, p); what is not told at all gets a variance beyond all others."""
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, V = np.linalg.eigh(information / np.outer(scale, scale))
-    values = np.maximum(values, LEAST_SHARE * values[-1])
+    values = np.maximum(values, MIN_EIGENVALUE_RATIO * values[-1])
     return (V / values) @ V.T / np.outer(scale, scale)
 
 
@@ -190,8 +190,8 @@ def _root(covariance, which):
     return float(np.sqrt(np.trace(covariance[which, which])))
 
 
-AT_REST = 1e-12  # a sum of squares that falls by a smaller share is at rest
-ROUNDING = 1e-15  # radians, of exact pairs
+COST_TOL = 1e-12  # a sum of squares that falls by a smaller share is at rest
+ROUNDING_RAD = 1e-15  # radians, of exact pairs
 
 
 class GeneralisedPose(NamedTuple):
@@ -259,7 +259,7 @@ class GeneralisedPose(NamedTuple):
     @property
     def scale_told(self) -> bool:
         """Whether the length is known to better than a third of itself."""
-        return self.scale_sd < TOLD
+        return self.scale_sd < MAX_SCALE_SD_RATIO
 
 
 def refine_generalised_pose(
@@ -315,10 +315,10 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
     """GeneralisedPose from a start R, u about the centre of all MatchedRays."""
     need_length(pairs, length)
     used = pairs.of(inliers)
-    if np.count_nonzero(inliers) < FEWEST:
+    if np.count_nonzero(inliers) < MIN_N_POSE_PAIRS:
         raise CalibrationError(
             f"motion: {np.count_nonzero(inliers)} right pairs of {len(inliers)};"
-            f" {FEWEST} or more are needed",
+            f" {MIN_N_POSE_PAIRS} or more are needed",
             code="too-few-rays",
         )
     if length is not None:
@@ -341,8 +341,8 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
         move,
         (R, u),
         iterations=most,
-        tolerance=AT_REST,
-        rounding=len(used.rays_1.origins) * (ROUNDING / smallest) ** 2,
+        tolerance=COST_TOL,
+        rounding=len(used.rays_1.origins) * (ROUNDING_RAD / smallest) ** 2,
     )
     return described(pairs, inliers, R, u, margin, steps((R, u)))
 
@@ -408,12 +408,14 @@ def to_length(u, length):
 # doi:10.1109/34.601246 (normalisation).
 
 
-FEWEST_CENTRAL, FEWEST_LINEAR = 8, 17
+MIN_N_CENTRAL_PAIRS, MIN_N_LINEAR_PAIRS = 8, 17
 # Singular values of exact pairs below this share of the largest are zero.
-OPEN = 1e-9
+MIN_SINGULAR_RATIO = 1e-9
 # Least over second least singular value: below, all rays meet a line.
-AXIAL = 1e-3
-FLAT = 1e-12  # share of the largest second moment that rays in one plane are given
+AXIAL_RATIO_TOL = 1e-3
+COPLANAR_MOMENT_SHARE = (
+    1e-12  # share of the largest second moment that rays in one plane are given
+)
 
 
 def generalised_pose(rays_1, rays_2, *, length=None):
@@ -425,7 +427,7 @@ def generalised_pose(rays_1, rays_2, *, length=None):
     points ahead. Raises CalibrationError for rays as `matched_rays`, for rays through
     one point without a length, and where the pairs leave the motion open.
     """
-    pairs = matched_rays(rays_1, rays_2, fewest=FEWEST_CENTRAL)
+    pairs = matched_rays(rays_1, rays_2, fewest=MIN_N_CENTRAL_PAIRS)
     need_length(pairs, length)
     found, turning = linear_motions(pairs, length), turning_pairs(pairs)
     R, u, margin = min(found, key=lambda motion: _rank(motion, pairs, turning))
@@ -482,9 +484,9 @@ def shifts_of(R, axis, pairs, length=None):
 def _seventeen(pairs):
     """(E, margin) of the generalised system, its entries of R left free."""
     count = len(pairs.rays_1.origins)
-    if count < FEWEST_LINEAR or not pairs.spread:
+    if count < MIN_N_LINEAR_PAIRS or not pairs.spread:
         raise CalibrationError(
-            f"motion: {count} pairs of rays; {FEWEST_LINEAR} or more that do not pass"
+            f"motion: {count} pairs of rays; {MIN_N_LINEAR_PAIRS} or more that do not pass"
             " through one point are needed",
             code="too-few-rays",
         )
@@ -497,11 +499,11 @@ def _seventeen(pairs):
     A_E = (A_E.reshape(-1, 3, 3) @ W_1.T).swapaxes(1, 2) @ W_2.T
     A_E = A_E.swapaxes(1, 2).reshape(-1, 9)
     U, s, _ = np.linalg.svd(A_R / pairs.spread, full_matrices=False)
-    Q = U[:, s > OPEN * s[0]]
+    Q = U[:, s > MIN_SINGULAR_RATIO * s[0]]
     rest = np.linalg.qr(A_E - Q @ (Q.T @ A_E), mode="r")
     values, Vt = np.linalg.svd(rest)[1:]
     # Of few pairs, repeated, nothing but rounding is left.
-    if not values[7] > OPEN * np.linalg.norm(A_E):
+    if not values[7] > MIN_SINGULAR_RATIO * np.linalg.norm(A_E):
         raise CalibrationError(
             "motion: the generalised system has no single solution",
             code="degenerate-points",
@@ -513,7 +515,7 @@ def _seventeen(pairs):
 def _eight(pairs):
     """(E, margin) of the central system."""
     d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
-    if len(d_1) == FEWEST_CENTRAL:
+    if len(d_1) == MIN_N_CENTRAL_PAIRS:
         # The first equation twice changes nothing, and there are nine.
         d_1, d_2 = np.vstack([d_1, d_1[:1]]), np.vstack([d_2, d_2[:1]])
     return essential_matrix(d_1, d_2)
@@ -530,7 +532,7 @@ def _on_axis(pairs):
     rows = np.concatenate([d, np.cross(o, d) / pairs.spread], axis=1)
     values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
     moment, along = pairs.spread * Vt[5, :3], Vt[5, 3:]
-    if not values[5] < AXIAL * values[4] or along @ along < AXIAL:
+    if not values[5] < AXIAL_RATIO_TOL * values[4] or along @ along < AXIAL_RATIO_TOL:
         return np.zeros(3)
     return np.cross(along, moment) / (along @ along)
 
@@ -552,7 +554,9 @@ def _whitening(d):
     """W (3, 3) that gives W d, over directions (N, 3), a unit second moment."""
     moment = d.T @ d / len(d)
     return np.linalg.inv(
-        np.linalg.cholesky(moment + FLAT * np.trace(moment) * np.eye(3))
+        np.linalg.cholesky(
+            moment + COPLANAR_MOMENT_SHARE * np.trace(moment) * np.eye(3)
+        )
     )
 
 
@@ -564,10 +568,10 @@ def _whitening(d):
 # doi:10.1145/358669.358692.
 
 
-BATCH, ROUNDS = 64, 20
-HELD_STEPS, FREED_STEPS = 12, 6
-FEW = 0.05  # share of pairs that meet before their origins
-REMATCHED = 8  # times that pairs are matched anew, for what agrees by chance
+BATCH, MAX_N_ROUNDS = 64, 20
+N_HELD_SCALE_STEPS, N_FREE_SCALE_STEPS = 12, 6
+MAX_BEHIND_FRACTION = 0.05  # share of pairs that meet before their origins
+MAX_N_REMATCHES = 8  # times that pairs are matched anew, for what agrees by chance
 
 
 def generalised_pose_ransac(
@@ -620,13 +624,13 @@ def generalised_pose_ransac(
     Fischler and Bolles 1981, doi:10.1145/358669.358692.
     """
     checked_generator("motion", rng)
-    pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE)
+    pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE_SIZE)
     need_length(pairs, length)
     turning = turning_pairs(pairs)
 
     def propose(batch):
         keys = rng.random((batch, len(pairs.rays_1.origins)))
-        picks = np.argpartition(keys, SAMPLE - 1, axis=1)[:, :SAMPLE]
+        picks = np.argpartition(keys, SAMPLE_SIZE - 1, axis=1)[:, :SAMPLE_SIZE]
         return _stacked(
             *sampled_motions(turning.of(picks), pairs.spread, threshold, length)
         )
@@ -638,7 +642,7 @@ def generalised_pose_ransac(
         propose,
         errors,
         threshold**2,
-        sample_size=SAMPLE,
+        sample_size=SAMPLE_SIZE,
         confidence=confidence,
         most_trials=most_trials,
         batch=BATCH,
@@ -661,13 +665,13 @@ def generalised_pose_ransac(
 def _with_its_inliers(pairs, turning, R, u, length, threshold):
     """GeneralisedPose after fits to inliers until they no longer change."""
     right, told = None, False
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         ahead = np.isfinite(squared_gaps(R[None], u[None], turning, threshold)[0])
         now = ahead & (np.abs(gaps(R, u, pairs)) < threshold)
         short = _before_origins(R, u, pairs)
         # Where the length is told, few such points are wrong pairs; many would be right
         # ones of a length that is too short.
-        if told and short[now].sum() < FEW * now.sum():
+        if told and short[now].sum() < MAX_BEHIND_FRACTION * now.sum():
             now &= ~short
         if np.array_equal(now, right):
             break
@@ -697,10 +701,12 @@ def _from_other_shifts(best, turning, right, length):
     far = np.linalg.norm(u)
     shifts = np.concatenate([u[None], far * np.eye(3), -far * np.eye(3)])
     turn = best_turn(own.d_1, own.d_2)
-    held = settled(np.concatenate([R[None], *6 * [turn]]), shifts, own, far, HELD_STEPS)
+    held = settled(
+        np.concatenate([R[None], *6 * [turn]]), shifts, own, far, N_HELD_SCALE_STEPS
+    )
     found = [best[None], _stacked(*held)]
     if length is None:
-        found.append(_stacked(*settled(*held, own, steps=FREED_STEPS)))
+        found.append(_stacked(*settled(*held, own, steps=N_FREE_SCALE_STEPS)))
     return np.concatenate(found)
 
 
@@ -722,12 +728,12 @@ def _refuse_chance(best, turning, right, threshold, most_trials):
             threshold,
         )
         < threshold**2
-        for k in range(1, min(REMATCHED, count - 1) + 1)
+        for k in range(1, min(MAX_N_REMATCHES, count - 1) + 1)
     ]
     by_chance = (np.sum(agree) + 1) / (np.size(agree) + 1)
-    samples = min(most_trials, comb(count, SAMPLE))
+    samples = min(most_trials, comb(count, SAMPLE_SIZE))
     # Six pairs are fitted whatever they are.
-    as_good = bdtrc(some - FEWEST - 1, count - FEWEST, by_chance)
+    as_good = bdtrc(some - MIN_N_POSE_PAIRS - 1, count - MIN_N_POSE_PAIRS, by_chance)
     if samples * as_good > 1:
         raise CalibrationError(
             f"motion: {some} of {count} pairs agree with one, as many as would by "
@@ -750,10 +756,10 @@ def _refuse_turn(turning, right, threshold):
 
 
 def _need_right(right):
-    if np.count_nonzero(right) < SAMPLE:
+    if np.count_nonzero(right) < SAMPLE_SIZE:
         raise CalibrationError(
             f"motion: {np.count_nonzero(right)} of {len(right)} pairs agree with any"
-            f" motion found; {SAMPLE} or more are needed",
+            f" motion found; {SAMPLE_SIZE} or more are needed",
             code="too-many-outliers",
         )
     return right

@@ -34,9 +34,9 @@ from raxel.geometry.poses import (
 # Nister 2004, doi:10.1109/TPAMI.2004.17 (decomposition).
 
 
-FEWEST = 8
+MIN_N_PAIRS = 8
 # Singular values of exact pairs below this share of the largest are zero.
-OPEN = 1e-9
+MIN_SINGULAR_RATIO = 1e-9
 
 
 class RelativePose(NamedTuple):
@@ -78,7 +78,7 @@ def essential_matrix(directions_1, directions_2):
     to_1, to_2 = _whitening(d_1), _whitening(d_2)
     rows = _rows(d_1 @ to_1.T, d_2 @ to_2.T)
     values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
-    if not values[7] > OPEN * values[0]:
+    if not values[7] > MIN_SINGULAR_RATIO * values[0]:
         raise CalibrationError(
             "epipolar geometry: the rays leave the motion open; their points lie on a"
             " plane or are repeated, or the camera only turned",
@@ -209,9 +209,9 @@ def _checked(
             " equal arrays (N, 3)",
             code="shape",
         )
-    if len(d_1) < FEWEST:
+    if len(d_1) < MIN_N_PAIRS:
         raise CalibrationError(
-            f"epipolar geometry: {len(d_1)} pairs of rays; {FEWEST} or more are needed",
+            f"epipolar geometry: {len(d_1)} pairs of rays; {MIN_N_PAIRS} or more are needed",
             code="too-few-rays",
         )
     bad = np.count_nonzero(~np.isfinite(d_1 + d_2).all(axis=1))
@@ -223,15 +223,17 @@ def _checked(
     return d_1, d_2
 
 
-SAMPLE = 8
-SPREADS = 2.0, 8.0  # lengths that are tried, in spreads of the rays
-STEPS, FREE_STEPS, DAMPING, LEAST_DAMPING = 8, 3, 1e-2, 1e-9
-LARGEST_TURN = 0.5  # radians, of one step
-LEAST = 1e-300
-FLAT = 1e-12  # share of the trace that keeps a normal matrix from being singular
+SAMPLE_SIZE = 8
+LENGTH_SPREADS = 2.0, 8.0  # lengths that are tried, in spreads of the rays
+N_STEPS, N_FREE_STEPS, FIRST_DAMPING, MIN_DAMPING = 8, 3, 1e-2, 1e-9
+MAX_TURN_RAD = 0.5  # radians, of one step
+MIN_TURN_RAD = 1e-300
+NORMAL_MATRIX_SHARE = (
+    1e-12  # share of the trace that keeps a normal matrix from being singular
+)
 # Sines of angles between rays below this many thresholds leave it open whether a point
 # lies ahead.
-PARALLEL = 3.0
+PARALLEL_THRESHOLDS = 3.0
 
 
 class TurningPairs(NamedTuple):
@@ -271,7 +273,9 @@ def sampled_motions(samples, spread, threshold, length=None):
     R, axes = _start_rotations(samples)
     samples = _repeated(samples, len(R) // samples.d_1.shape[1])
     ways, least = _start_shifts(R, axes, samples)
-    lengths = [length] if length is not None else [times * spread for times in SPREADS]
+    lengths = (
+        [length] if length is not None else [times * spread for times in LENGTH_SPREADS]
+    )
     found = [(settled(R, least, samples), samples)] if length is None else []
     samples, ways = _repeated(samples, len(lengths)), np.tile(ways, (len(lengths), 1))
     lengths = np.repeat(lengths, len(R))
@@ -279,7 +283,7 @@ def sampled_motions(samples, spread, threshold, length=None):
     held = settled(R, lengths[:, None] * ways, samples, lengths)
     found.append((held, samples))
     if length is None:
-        found.append((settled(*held, samples, steps=FREE_STEPS), samples))
+        found.append((settled(*held, samples, steps=N_FREE_STEPS), samples))
     kept = [_fitting(*motions, own, threshold) for motions, own in found]
     return tuple(np.concatenate(part) for part in zip(*kept, strict=True))
 
@@ -294,13 +298,13 @@ def _repeated(samples, times):
     return TurningPairs(*(np.concatenate([f] * times, axis=-2) for f in samples))
 
 
-def settled(R, u, samples, length=None, steps=STEPS):
+def settled(R, u, samples, length=None, steps=N_STEPS):
     """Motions R (m, 3, 3), u (m, 3) after Gauss-Newton steps on a sample each.
 
     Residuals are divided by their standard deviations of the moment; near the minimum
     of a small sample that makes no difference.
     """
-    damping = DAMPING
+    damping = FIRST_DAMPING
     for _ in range(steps):
         _, g, variance, J = _linearised(R, u, samples)
         weight = 1 / np.sqrt(variance)
@@ -309,16 +313,21 @@ def settled(R, u, samples, length=None, steps=STEPS):
         if free is not None:
             J = np.concatenate([J[:3], np.einsum("mip,imn->pmn", free, J[3:])])
         step = _damped(J, g, damping)
-        damping = max(damping / 10, LEAST_DAMPING)
+        damping = max(damping / 10, MIN_DAMPING)
         turn = np.linalg.norm(step[:, :3], axis=1, keepdims=True)
-        step = step * np.minimum(1, LARGEST_TURN / np.maximum(turn, LEAST))
+        step = step * np.minimum(1, MAX_TURN_RAD / np.maximum(turn, MIN_TURN_RAD))
         R = rotation_from_vector(step[:, :3]) @ R
         shift = step[:, 3:]
         if free is not None:
             shift = np.einsum("mip,mp->mi", free, shift)
         u = u + shift
         if length is not None:
-            u = u * (length / np.maximum(np.linalg.norm(u, axis=1), LEAST))[:, None]
+            u = (
+                u
+                * (length / np.maximum(np.linalg.norm(u, axis=1), MIN_TURN_RAD))[
+                    :, None
+                ]
+            )
     return R, u
 
 
@@ -334,7 +343,7 @@ def squared_gaps(R, u, pairs, threshold):
     (q, b, n), g, variance, _ = _linearised(R, u, pairs, jacobian=False)
     cosine, sine = _dot(q, pairs.d_2), _dot(n, n)
     qb, db = _dot(q, b), _dot(pairs.d_2, b)
-    room = PARALLEL**2 * threshold**2 * (pairs.sd_1**2 + pairs.sd_2**2)
+    room = PARALLEL_THRESHOLDS**2 * threshold**2 * (pairs.sd_1**2 + pairs.sd_2**2)
     behind = (cosine * db - qb <= 0) | (db - cosine * qb <= 0)
     squared = np.where(behind & (sine > room), np.inf, g**2 / variance)
     return np.where(np.isfinite(squared), squared, np.inf)
@@ -370,7 +379,11 @@ def _start_shifts(R, axes, samples):
     ahead, and the shifts that least squares give to the rotations."""
     (q, _, n), g, _, _ = _linearised(R, np.zeros_like(axes), samples, jacobian=False)
     normal = np.einsum("imk,jmk->mij", n, n)
-    normal += FLAT * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    normal += (
+        NORMAL_MATRIX_SHARE
+        * np.trace(normal, axis1=1, axis2=2)[:, None, None]
+        * np.eye(3)
+    )
     right = np.einsum("imk,mk->mi", n, g)
     least = -np.linalg.solve(normal, right[:, :, None])[:, :, 0]
     b = axes.T[:, :, None]
@@ -390,7 +403,7 @@ def _linearised(R, u, pairs, jacobian=True):
     far = _dot(b, b) - g**2
     variance = pairs.sd_1**2 * (far - _dot(d, b) ** 2)
     variance += pairs.sd_2**2 * (far - _dot(q, b) ** 2)
-    variance = np.maximum(variance, LEAST)
+    variance = np.maximum(variance, MIN_TURN_RAD)
     if not jacobian:
         return (q, b, n), g, variance, None
     by_w = _cross(q, _cross(d, b)) + _cross(arm, n)
@@ -401,13 +414,13 @@ def _damped(J, g, damping):
     """Damped Gauss-Newton steps (m, p) of J (p, m, n) and g (m, n)."""
     J = J.transpose(1, 0, 2)
     normal, right = J @ J.transpose(0, 2, 1), J @ g[:, :, None]
-    size = np.sqrt(np.maximum(np.einsum("mpp->mp", normal), LEAST))
+    size = np.sqrt(np.maximum(np.einsum("mpp->mp", normal), MIN_TURN_RAD))
     scaled = normal / (size[:, :, None] * size[:, None]) + damping * np.eye(J.shape[1])
     return -np.linalg.solve(scaled, right / size[:, :, None])[:, :, 0] / size
 
 
 def _tangents(u):
-    length = np.maximum(np.linalg.norm(u, axis=1, keepdims=True), LEAST)
+    length = np.maximum(np.linalg.norm(u, axis=1, keepdims=True), MIN_TURN_RAD)
     return tangent_bases(u / length)
 
 

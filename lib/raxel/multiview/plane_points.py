@@ -20,10 +20,10 @@ from raxel.multiview.ray_noise import are_rotations
 from raxel.multiview.views import PerspectiveView, remap_to_plane
 
 STEP_PX = 0.5  # to either side, for how points move with pixels
-STEP_TURN = 1e-4  # radians along a circle, for its tangent
+TANGENT_STEP_RAD = 1e-4  # radians along a circle, for its tangent
 PIXELS_AT_ONCE = 1 << 17
-MOST_PIXELS = 1 << 28
-FARTHEST = 1e100  # mm
+MAX_N_PIXELS = 1 << 28
+MAX_COORDINATE_MM = 1e100  # mm
 
 
 class PlanePoints(NamedTuple):
@@ -169,15 +169,17 @@ def circle_outline(
         return camera.project(transform(T_camera_plane, on_plane(around))).pixels
 
     pixels = shown(angles, radius)
-    along = shown(angles + STEP_TURN, radius) - shown(angles - STEP_TURN, radius)
-    outward = shown(angles, radius * (1 + STEP_TURN)) - pixels
+    along = shown(angles + TANGENT_STEP_RAD, radius) - shown(
+        angles - TANGENT_STEP_RAD, radius
+    )
+    outward = shown(angles, radius * (1 + TANGENT_STEP_RAD)) - pixels
     normals = np.column_stack([-along[:, 1], along[:, 0]])
     with np.errstate(invalid="ignore", divide="ignore"):
         normals *= np.sign(np.sum(normals * outward, axis=1))[:, None]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     seen = camera.in_image(pixels) & np.isfinite(normals).all(axis=1)
     gone = np.where(seen, 1.0, np.nan)
-    scale = np.sum(normals * outward, axis=1) / (STEP_TURN * radius)
+    scale = np.sum(normals * outward, axis=1) / (TANGENT_STEP_RAD * radius)
     return pixels * gone[:, None], normals * gone[:, None], scale * gone
 
 
@@ -249,7 +251,9 @@ def checked_plane(T_camera_plane: ArrayLike) -> NDArray[np.float64]:
     """A plane's pose (4, 4) as floats; InputError for what is no rotation and shift."""
     T = np.asarray(T_camera_plane, float)
     if T.shape != (4, 4) or not (
-        np.isfinite(T).all() and are_rotations(T[:3, :3]) and np.abs(T).max() < FARTHEST
+        np.isfinite(T).all()
+        and are_rotations(T[:3, :3])
+        and np.abs(T).max() < MAX_COORDINATE_MM
     ):
         raise InputError(
             f"plane: the pose {T.shape} is none; give (4, 4), a rotation and a shift, "
@@ -339,7 +343,7 @@ def plane_picture(
     ------
     InputError
         As `remap_to_plane`. Also for an image that is not the camera's, and a new image
-        without a size or beyond MOST_PIXELS.
+        without a size or beyond MAX_N_PIXELS.
 
     References
     ----------
@@ -376,11 +380,11 @@ def plane_locations(camera, image, T_camera_plane):
 def checked_picture(size_px):
     """Refuse a picture (width, height), px, that nobody can have."""
     with np.errstate(over="ignore"):
-        fits = np.shape(size_px) == (2,) and np.prod(size_px) <= MOST_PIXELS
+        fits = np.shape(size_px) == (2,) and np.prod(size_px) <= MAX_N_PIXELS
     if not (fits and np.min(size_px) > 0):
         raise InputError(
             f"picture: found a size of {np.asarray(size_px).tolist()} px; give a part "
-            f"and a scale, all above 0, that make {MOST_PIXELS} pixels at most"
+            f"and a scale, all above 0, that make {MAX_N_PIXELS} pixels at most"
         )
 
 
@@ -401,8 +405,8 @@ def _near(location, size):
 # geometry that is only assumed).
 
 
-GRID = 61  # rays each way that a view is chosen by
-FEWEST = 3  # of them that meet the plane
+VIEW_GRID_SIZE = 61  # rays each way that a view is chosen by
+MIN_N_PLANE_RAYS = 3  # of them that meet the plane
 
 
 def view_of_plane(
@@ -457,16 +461,18 @@ def view_of_plane(
             "two numbers each, or none"
         )
     steps = np.array([camera.width, camera.height]) - 1
-    rays = camera.rays(pixel_grid(GRID, GRID) * steps / (GRID - 1))
+    rays = camera.rays(
+        pixel_grid(VIEW_GRID_SIZE, VIEW_GRID_SIZE) * steps / (VIEW_GRID_SIZE - 1)
+    )
     hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
     met = hits.valid & rays.valid
     if corner is not None:
         low, high = np.asarray(corner), np.asarray(corner) + size
         inside = (hits.points >= low) & (hits.points <= high)
         met = met & inside.all(axis=1)
-    if np.count_nonzero(met) < FEWEST:
+    if np.count_nonzero(met) < MIN_N_PLANE_RAYS:
         raise InputError(
-            f"near-perspective view: {np.count_nonzero(met)} of {GRID**2} rays meet the"
+            f"near-perspective view: {np.count_nonzero(met)} of {VIEW_GRID_SIZE**2} rays meet the"
             " wanted part of the plane; does the camera see it?"
         )
     if corner is None:

@@ -30,11 +30,11 @@ from raxel.multiview.ray_noise import are_rotations, with_noise
 # length that is 1 inside.
 
 
-LEAST = 1e-30
-MOST_POINTS = 10_000_000
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-6, 1e-12, 1e6
-FALL, RISE = 0.1, 10.0
-AT_REST = 1e-14
+MIN_NORM = 1e-30
+MAX_N_POINTS = 10_000_000
+FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-6, 1e-12, 1e6
+DAMPING_DECREASE, DAMPING_INCREASE = 0.1, 10.0
+COST_TOL = 1e-14
 
 
 class RayView(NamedTuple):
@@ -132,7 +132,7 @@ class RayTracks:
             middle[:, 0]
         )
         d = np.einsum("vji,vnj,vn->ni", R, self.d, self.mask)
-        d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), LEAST)
+        d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), MIN_NORM)
         away = np.concatenate([d, np.zeros((len(d), 1))], axis=1)
         return np.where(behind[:, None], away, h)
 
@@ -147,7 +147,7 @@ class RayTracks:
         normal, right = across.sum(0), np.einsum("vnij,vnj->ni", across, o)
         values, V = np.linalg.eigh(normal)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(values > AT_REST, 1 / values, np.nan)
+            share = np.where(values > COST_TOL, 1 / values, np.nan)
         return self.metre * np.einsum("nij,nj,nkj,nk->ni", V, share, V, right)
 
 
@@ -234,15 +234,15 @@ def settled_points(seen, state, steps):
         J = system.by_points()
         normal = np.einsum("vnki,vnkj->nij", J, J)
         gradient = np.einsum("vnki,vnk->ni", J, system.residuals)
-        size = np.sqrt(np.maximum(np.einsum("nii->ni", normal), LEAST))
+        size = np.sqrt(np.maximum(np.einsum("nii->ni", normal), MIN_NORM))
         normal = normal / (size[:, :, None] * size[:, None])
         normal += damping[:, None, None] * np.eye(3)
         step = -np.linalg.solve(normal, (gradient / size)[:, :, None])[:, :, 0] / size
         trial = PointSystem(seen, state._replace(h=moved_points(state.h, step)))
         better = trial.cost < system.cost
-        rest = not np.any(trial.cost < (1 - AT_REST) * system.cost)
-        damping *= np.where(better, FALL, RISE)
-        damping = np.clip(damping, LEAST_DAMPING, LARGEST_DAMPING)
+        rest = not np.any(trial.cost < (1 - COST_TOL) * system.cost)
+        damping *= np.where(better, DAMPING_DECREASE, DAMPING_INCREASE)
+        damping = np.clip(damping, MIN_DAMPING, MAX_DAMPING)
         state = state._replace(h=np.where(better[:, None], trial.state.h, state.h))
         system = PointSystem(seen, state)
         if rest:
@@ -269,19 +269,19 @@ def _listed(view):
     index = view.points
     index = np.arange(len(rays.origins)) if index is None else np.asarray(index)
     whole = index.dtype.kind in "iu" and index.shape == (len(rays.origins),)
-    if not whole or index.min(initial=0) < 0 or index.max(initial=0) >= MOST_POINTS:
+    if not whole or index.min(initial=0) < 0 or index.max(initial=0) >= MAX_N_POINTS:
         raise CalibrationError(
             f"points: found numbers {index.shape} {index.dtype} of {len(rays.origins)} "
-            f"rays; give a whole one for each, from 0 to below {MOST_POINTS}"
+            f"rays; give a whole one for each, from 0 to below {MAX_N_POINTS}"
         )
     return rays, index
 
 
 def _lower(C):
     """Cholesky factor's (11, 21, 22), each (V, N), of symmetric C (V, N, 2, 2)."""
-    a = np.sqrt(np.maximum(C[..., 0, 0], LEAST))
+    a = np.sqrt(np.maximum(C[..., 0, 0], MIN_NORM))
     b = C[..., 1, 0] / a
-    return np.stack([a, b, np.sqrt(np.maximum(C[..., 1, 1] - b**2, LEAST))])
+    return np.stack([a, b, np.sqrt(np.maximum(C[..., 1, 1] - b**2, MIN_NORM))])
 
 
 def _solved(L, y):
@@ -304,12 +304,12 @@ def _half(L, D, e):
     )
 
 
-STEPS = 20
+N_STEPS = 20
 # A point whose distance is known to no better than this share of itself may as well be
 # at infinity: three standard deviations of one over the distance.
-OPEN = 1 / 3
-LEAST_SINE, LEAST_SHARE, MIN_TRIANGULATED = 1e-9, 1e-15, 1e-60
-FINE, FEW, PARALLEL, FAR, BEHIND = (
+MAX_DISTANCE_SD_RATIO = 1 / 3
+MIN_ANGLE_SINE, MIN_EIGENVALUE_RATIO, MIN_TRIANGULATED = 1e-9, 1e-15, 1e-60
+DETERMINED, TOO_FEW_RAYS, PARALLEL_RAYS, UNDETERMINED_DISTANCE, BEHIND_RAY = (
     "",
     "fewer than two rays",
     "parallel rays",
@@ -427,13 +427,13 @@ def triangulate(
     seen = RayTracks(views, metre=np.median(reach) if len(reach) else 1.0)
     R, t = seen.poses(T)
     angle = largest_angles(seen, R)
-    parallel = ~np.isfinite(middle[:, 0]) | ~(np.sin(angle) > LEAST_SINE)
+    parallel = ~np.isfinite(middle[:, 0]) | ~(np.sin(angle) > MIN_ANGLE_SINE)
     h = seen.homogeneous(np.nan_to_num(middle))
     if linear:
         system = PointSystem(seen, PlacedPoints(R, t, h))
     else:
         starts = PlacedPoints(R, t, seen.starts(R, t, middle))
-        system = settled_points(seen, starts, STEPS)[1]
+        system = settled_points(seen, starts, N_STEPS)[1]
     return _described(seen, system, parallel, angle, linear, stated)
 
 
@@ -466,11 +466,13 @@ def _described(seen, system, parallel, angle, linear, stated):
             covariance = by_step @ spread @ np.swapaxes(by_step, 1, 2)
         covariance = covariance if stated else variance * covariance
         sd = _distance_sd(seen, system.state, X, covariance)
-    far = ~system.behind & ~(sd < OPEN)
+    far = ~system.behind & ~(sd < MAX_DISTANCE_SD_RATIO)
     reason = np.select(
-        [~fit, parallel, far, behind], [FEW, PARALLEL, FAR, BEHIND], default=FINE
+        [~fit, parallel, far, behind],
+        [TOO_FEW_RAYS, PARALLEL_RAYS, UNDETERMINED_DISTANCE, BEHIND_RAY],
+        default=DETERMINED,
     )
-    valid = reason == FINE
+    valid = reason == DETERMINED
     keep = valid[:, None]
     return Triangulation(
         np.where(keep, seen.metre * X, np.nan),
@@ -506,7 +508,7 @@ def inverses(normal):
     size = np.sqrt(np.maximum(np.einsum("nii->ni", normal), MIN_TRIANGULATED))
     scale = size[:, :, None] * size[:, None]
     values, V = np.linalg.eigh(normal / scale)
-    values = np.maximum(values, LEAST_SHARE)
+    values = np.maximum(values, MIN_EIGENVALUE_RATIO)
     return (V / values[:, None]) @ np.swapaxes(V, 1, 2) / scale
 
 

@@ -26,7 +26,7 @@ from raxel.geometry.least_squares import descend
 from raxel.geometry.poses import inverse_pose, pose, tangent_bases
 from raxel.multiview.generalised_motion import inverse_information
 from raxel.multiview.points import (
-    OPEN,
+    MAX_DISTANCE_SD_RATIO,
     PlacedPoints,
     PointSystem,
     RayTracks,
@@ -36,12 +36,12 @@ from raxel.multiview.points import (
     moved_poses,
     settled_points,
 )
-from raxel.multiview.ray_noise import ONE_POINT, with_noise
+from raxel.multiview.ray_noise import COINCIDENCE_TOL, with_noise
 
-FIRST_STEPS, FOLLOWING_STEPS, MOST = 30, 4, 60
-AT_REST, ROUNDING = 1e-10, 1e-22
-FEWEST = 5  # points in each view
-MANY = 0.5  # share of points at infinity that are too many
+N_FIRST_STEPS, N_FOLLOWING_STEPS, MAX_N_STEPS = 30, 4, 60
+COST_TOL, ROUNDING_TOL = 1e-10, 1e-22
+MIN_N_POINTS = 5  # points in each view
+MAX_INFINITY_FRACTION = 0.5  # share of points at infinity that are too many
 
 
 class RayBundle(NamedTuple):
@@ -125,7 +125,7 @@ def bundle_rays(
     points: ArrayLike | None = None,
     held: int | None = None,
     stated: bool = True,
-    most: int = MOST,
+    most: int = MAX_N_STEPS,
 ) -> RayBundle:
     """Adjust poses and points to the rays of V views.
 
@@ -175,12 +175,12 @@ def bundle_rays(
     state, costs, converged = descend(
         problem.evaluate,
         problem.move,
-        settled_points(seen, problem.start, FIRST_STEPS)[0],
+        settled_points(seen, problem.start, N_FIRST_STEPS)[0],
         iterations=most,
-        tolerance=AT_REST,
-        rounding=ROUNDING * len(h),
+        tolerance=COST_TOL,
+        rounding=ROUNDING_TOL * len(h),
     )
-    if held is None and np.mean(state.h[:, 3] <= 0) > MANY:
+    if held is None and np.mean(state.h[:, 3] <= 0) > MAX_INFINITY_FRACTION:
         raise CalibrationError(
             "bundle: the rays do not tell the scale, which grew beyond all bounds; name"
             " a view whose distance from the first is held",
@@ -212,7 +212,7 @@ class _Poses:
         moved = moved_poses(state, steps)
         if self.held is not None:
             moved = self._stretched(moved)
-        return settled_points(self.seen, moved, FOLLOWING_STEPS)[0]
+        return settled_points(self.seen, moved, N_FOLLOWING_STEPS)[0]
 
     def free(self, state):
         """D (6 V, p) at a state: the first view stays, and so does what is held."""
@@ -287,7 +287,7 @@ def _described(problem, state, costs, converged, used, spread, stated):
     near = np.where(seen.mask, np.linalg.norm(away, axis=2), np.inf).min(axis=0)
     largest = np.sqrt(scale * np.linalg.eigvalsh(of_points)[:, 2])
     open_points = np.zeros(len(used), bool)
-    open_points[used] = (state.h[:, 3] <= 0) | ~(largest < OPEN * near)
+    open_points[used] = (state.h[:, 3] <= 0) | ~(largest < MAX_DISTANCE_SD_RATIO * near)
     t = seen.metre * state.t + seen.centre
     return RayBundle(
         pose(state.R, t),
@@ -320,10 +320,10 @@ def _start(views, T, points, centre):
     number = np.cumsum(used) - 1
     kept = [_only(view, used, number) for view in views]
     counts = [len(view.points) for view in kept]
-    if min(counts) < FEWEST:
+    if min(counts) < MIN_N_POINTS:
         raise CalibrationError(
             f"bundle: view {int(np.argmin(counts))} sees {min(counts)} points that"
-            f" another one sees as well; {FEWEST} or more are needed",
+            f" another one sees as well; {MIN_N_POINTS} or more are needed",
             code="too-few-points",
         )
     middle = middle[used]
@@ -347,7 +347,7 @@ def _centre(views):
     both = Rays(o, d, np.ones(len(o), bool))
     spread, centre = centrality(both), closest_point(both)
     reach = np.abs(o).max() + np.abs(centre).max()
-    return centre, spread if spread > ONE_POINT * reach else 0.0
+    return centre, spread if spread > COINCIDENCE_TOL * reach else 0.0
 
 
 def _check_shapes(count, T, held):
@@ -369,7 +369,9 @@ def _check_scale(T, centre, spread, held):
     if held is not None:
         way = T[held] @ inverse_pose(T[0])
         apart = np.linalg.norm(way[:3, :3] @ centre + way[:3, 3] - centre)
-        if not apart > ONE_POINT * (np.abs(centre).max() + np.abs(T[:, :3, 3]).max()):
+        if not apart > COINCIDENCE_TOL * (
+            np.abs(centre).max() + np.abs(T[:, :3, 3]).max()
+        ):
             raise CalibrationError(
                 f"bundle: view {held} is to be held where the first is; give a start "
                 "that is apart from it",

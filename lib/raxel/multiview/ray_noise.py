@@ -37,8 +37,8 @@ from raxel.geometry.poses import pose, rotation_from_vector, tangent_bases
 
 
 STEP_PX = 0.25  # over which a camera's rays are differenced
-UNIT = 1e-6  # by which a unit direction may be off
-FARTHEST = 1e15  # mm: no camera has a ray that begins there
+UNIT_NORM_TOL = 1e-6  # by which a unit direction may be off
+MAX_ORIGIN_MM = 1e15  # mm: no camera has a ray that begins there
 
 
 class NoisyRays(NamedTuple):
@@ -222,9 +222,9 @@ def checked_rays(rays):
         raise CalibrationError(
             f"rays: {bad} of {len(o)} are not finite; leave pixels without a ray out"
         )
-    if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT:
+    if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT_NORM_TOL:
         raise CalibrationError("rays: directions are not of length 1; normalise them")
-    if np.abs(o).max(initial=0) > FARTHEST:
+    if np.abs(o).max(initial=0) > MAX_ORIGIN_MM:
         raise CalibrationError(
             f"rays: an origin is {np.abs(o).max():.3g} mm away; give origins near the "
             "camera, mm"
@@ -236,11 +236,11 @@ def _finite(values, shape):
     return np.shape(values) == shape and bool(np.isfinite(values).all())
 
 
-ONE_POINT = 1e-9  # of the distances at hand: rays so near to one point share it
-FEWEST = 6  # pairs, for rotation and translation
-ORTHOGONAL = 1e-4  # by which R R^T of a pose may miss I
+COINCIDENCE_TOL = 1e-9  # of the distances at hand: rays so near to one point share it
+MIN_N_POSE_PAIRS = 6  # pairs, for rotation and translation
+ORTHOGONALITY_TOL = 1e-4  # by which R R^T of a pose may miss I
 # Where two origins coincide; its powers must not overflow.
-LEAST_VARIANCE = 1e-90
+MIN_VARIANCE = 1e-90
 
 
 class MatchedRays(NamedTuple):
@@ -285,7 +285,7 @@ def matched_rays(
     rays_2: NoisyRays | Rays,
     *,
     about: ArrayLike | None = None,
-    fewest: int = FEWEST,
+    fewest: int = MIN_N_POSE_PAIRS,
 ) -> MatchedRays:
     """Return matched rays of two views about their common centre.
 
@@ -338,7 +338,7 @@ def matched_rays(
     centre = closest_point(both) if about is None else np.asarray(about, float)
     spread = centrality(both)
     reach = np.abs(o).max() + np.abs(centre).max()
-    if spread <= ONE_POINT * reach:
+    if spread <= COINCIDENCE_TOL * reach:
         spread = 0.0
     return MatchedRays(rays_1.moved(centre), rays_2.moved(centre), centre, spread)
 
@@ -366,7 +366,7 @@ def are_rotations(R):
     if not np.isfinite(R).all():
         return False
     off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0)
-    return bool(off < ORTHOGONAL and np.all(np.linalg.det(R) > 0))
+    return bool(off < ORTHOGONALITY_TOL and np.all(np.linalg.det(R) > 0))
 
 
 def gaps(
@@ -458,7 +458,7 @@ class _Gap:
         )
         variance = np.einsum("ni,ni->n", by_1, self.h_1)
         variance += np.einsum("ni,ni->n", by_2, self.h_2)
-        self.variance = np.maximum(variance, LEAST_VARIANCE)
+        self.variance = np.maximum(variance, MIN_VARIANCE)
         self.residuals = self.g / np.sqrt(self.variance)
         self.R = R
 

@@ -26,13 +26,13 @@ from raxel.geometry.pixel_cells import usual_step, whole_cells
 
 
 STEP_PX = 4.0
-PERSPECTIVE_GRID = 101
-WIDEST = np.radians(60)
-LEAST_SLOPE = 1e-9
+PERSPECTIVE_GRID_SIZE = 101
+MAX_VIEW_ANGLE_RAD = np.radians(60)
+MIN_SLOPE = 1e-9
 BLOCK = 1 << 16
-NOWHERE = -10.0
+OUTSIDE_PIXEL = -10.0
 # Points stand for directions at this range, mm: beyond any mirror of the camera's.
-FAR = 1e6
+FAR_RANGE_MM = 1e6
 
 
 class PerspectiveView(NamedTuple):
@@ -119,14 +119,14 @@ def perspective_view(camera: Camera) -> PerspectiveView:
 
 
 def _focal_that_holds(camera, R_camera_view, middle):
-    """The largest focal length (px) whose picture holds all rays within WIDEST."""
+    """The largest focal length (px) whose picture holds all rays within MAX_VIEW_ANGLE_RAD."""
     size = np.array([camera.width, camera.height])
     rays = camera.rays(_grid(camera))
     seen = rays.directions[rays.valid] @ R_camera_view
-    seen = seen[seen[:, 2] > np.cos(WIDEST)]
+    seen = seen[seen[:, 2] > np.cos(MAX_VIEW_ANGLE_RAD)]
     slopes = seen[:, :2] / seen[:, 2:]
     room = np.where(slopes > 0, size - 1 - middle, middle)
-    return float((room / np.maximum(np.abs(slopes), LEAST_SLOPE)).min())
+    return float((room / np.maximum(np.abs(slopes), MIN_SLOPE)).min())
 
 
 def source_pixels(
@@ -147,12 +147,14 @@ def source_pixels(
         Pixels, px, float32; far outside the image if the camera does not see a
         direction.
     """
-    sources = np.full((view.height * view.width, 2), NOWHERE, dtype=np.float32)
+    sources = np.full((view.height * view.width, 2), OUTSIDE_PIXEL, dtype=np.float32)
     rows = max(1, BLOCK // view.width)
     for top in range(0, view.height, rows):
         count = min(rows, view.height - top)
         pixels = pixel_grid(view.width, count) + [0, top]
-        seen, valid = camera.project(FAR * view.directions(pixels) + view.centre)
+        seen, valid = camera.project(
+            FAR_RANGE_MM * view.directions(pixels) + view.centre
+        )
         block = sources[top * view.width : (top + count) * view.width]
         block[valid] = seen[valid]
     return sources.reshape(view.height, view.width, 2)
@@ -219,12 +221,12 @@ def _middle_rays(camera):
 
 
 def _grid(camera):
-    """GRID x GRID pixels spread over the image."""
+    """CYLINDER_GRID_SIZE x CYLINDER_GRID_SIZE pixels spread over the image."""
     size = np.array([camera.width, camera.height])
     return (
-        pixel_grid(PERSPECTIVE_GRID, PERSPECTIVE_GRID)
+        pixel_grid(PERSPECTIVE_GRID_SIZE, PERSPECTIVE_GRID_SIZE)
         * (size - 1)
-        / (PERSPECTIVE_GRID - 1)
+        / (PERSPECTIVE_GRID_SIZE - 1)
     )
 
 
@@ -236,8 +238,8 @@ def _grid(camera):
 
 
 # Rays at most this far from the horizon set the height of the picture.
-STEEPEST = np.radians(75)
-GRID = 401
+MAX_ELEVATION_RAD = np.radians(75)
+CYLINDER_GRID_SIZE = 401
 
 
 class CylindricalView(NamedTuple):
@@ -336,14 +338,18 @@ def cylindrical_view(
         )
     R_camera_view = _level_frame(down, ahead)
     size = np.array([camera.width, camera.height])
-    rays = camera.rays(pixel_grid(GRID, GRID) * (size - 1) / (GRID - 1))
+    rays = camera.rays(
+        pixel_grid(CYLINDER_GRID_SIZE, CYLINDER_GRID_SIZE)
+        * (size - 1)
+        / (CYLINDER_GRID_SIZE - 1)
+    )
     x, y, z = (rays.directions[rays.valid] @ R_camera_view).T
     across = np.hypot(x, z)
-    near = np.abs(y) <= np.tan(STEEPEST) * across
+    near = np.abs(y) <= np.tan(MAX_ELEVATION_RAD) * across
     if not near.any():
         raise InputError(
             f"camera of kind {camera.kind}: no ray is within "
-            f"{np.degrees(STEEPEST):.0f} degrees of the horizon; is 'down' down?",
+            f"{np.degrees(MAX_ELEVATION_RAD):.0f} degrees of the horizon; is 'down' down?",
             code="outside-image",
         )
     radius = width / (2 * np.pi)
@@ -370,10 +376,10 @@ def _level_frame(down, ahead):
     return np.column_stack([x, y, np.cross(x, y)])
 
 
-MOST_SAMPLES = 8  # along each axis of a pixel of the picture
-MOST_PIXELS = 4  # of a picture to one of the image
-EDGE = 1e-9  # of a triangle: so little outside counts as inside
-LEAST_VARIANCE = 1e-12  # of a point that is said to be exact
+MAX_N_SUBSAMPLES = 8  # along each axis of a pixel of the picture
+MAX_PIXEL_RATIO = 4  # of a picture to one of the image
+TRIANGLE_EDGE_TOL = 1e-9  # of a triangle: so little outside counts as inside
+MIN_VARIANCE = 1e-12  # of a point that is said to be exact
 
 
 def plane_scale(location, mask=None):
@@ -381,7 +387,7 @@ def plane_scale(location, mask=None):
 
     In the unit of the locations: the size from the grid's corner to the last place that
     is seen; a pixel of the picture is as long as the median step between neighbouring
-    pixels of the image, or longer where the picture would have more than MOST_PIXELS
+    pixels of the image, or longer where the picture would have more than MAX_PIXEL_RATIO
     times the image's pixels. Raises InputError where no neighbours see anything.
     """
     location, _ = _checked(location[..., 0], location, None, mask)
@@ -391,7 +397,7 @@ def plane_scale(location, mask=None):
     size = np.nanmax(location.reshape(-1, 2), axis=0)
     if not (size > 0).all():
         raise InputError("location: all of it is left of the grid or above it")
-    most = MOST_PIXELS * location[..., 0].size
+    most = MAX_PIXEL_RATIO * location[..., 0].size
     return tuple(size), max(step, float(np.sqrt(np.prod(size) / most)))
 
 
@@ -455,7 +461,7 @@ def remap_to_plane(
     if not whole.any():
         raise InputError("location: no four neighbouring pixels see one surface")
     fine = math.ceil(mm_per_px / max(usual_step(location), 1e-9))
-    fine = min(max(fine, 1), MOST_SAMPLES)
+    fine = min(max(fine, 1), MAX_N_SUBSAMPLES)
     places = location * (fine / mm_per_px) - 0.5  # of samples
     values = np.atleast_3d(image).astype(np.float32)
     sums = np.zeros((height, width, values.shape[2] + 1))
@@ -494,7 +500,7 @@ def _checked(image, location, sigma, mask):
 def _weights(location, sigma):
     if sigma is None:
         return np.ones(location.shape[:2])
-    return 1 / np.maximum(np.sum(np.square(sigma), axis=2), LEAST_VARIANCE)
+    return 1 / np.maximum(np.sum(np.square(sigma), axis=2), MIN_VARIANCE)
 
 
 @numba.njit(cache=True)
@@ -521,17 +527,21 @@ def _add_triangle(places, values, weights, corners, fine, sums, hit):
     if twice == 0:
         return
     height, width = hit.shape
-    first = max(math.ceil(ax + min(bx, cx, 0.0) - EDGE), 0)
-    last = min(math.floor(ax + max(bx, cx, 0.0) + EDGE), width - 1)
-    top = max(math.ceil(ay + min(by, cy, 0.0) - EDGE), 0)
-    bottom = min(math.floor(ay + max(by, cy, 0.0) + EDGE), height - 1)
+    first = max(math.ceil(ax + min(bx, cx, 0.0) - TRIANGLE_EDGE_TOL), 0)
+    last = min(math.floor(ax + max(bx, cx, 0.0) + TRIANGLE_EDGE_TOL), width - 1)
+    top = max(math.ceil(ay + min(by, cy, 0.0) - TRIANGLE_EDGE_TOL), 0)
+    bottom = min(math.floor(ay + max(by, cy, 0.0) + TRIANGLE_EDGE_TOL), height - 1)
     channels = values.shape[2]
     for y in range(top, bottom + 1):
         for x in range(first, last + 1):
             of_b = ((x - ax) * cy - (y - ay) * cx) / twice
             of_c = ((y - ay) * bx - (x - ax) * by) / twice
             of_a = 1 - of_b - of_c
-            if of_a < -EDGE or of_b < -EDGE or of_c < -EDGE:
+            if (
+                of_a < -TRIANGLE_EDGE_TOL
+                or of_b < -TRIANGLE_EDGE_TOL
+                or of_c < -TRIANGLE_EDGE_TOL
+            ):
                 continue
             hit[y, x] = True
             weight = of_a * weights[a] + of_b * weights[b] + of_c * weights[c]

@@ -108,7 +108,7 @@ CASES = {
         7,
         lambda: SPHERE.project(in_view(SPHERE)).pixels,
     ),
-    "smooth rays": ("raxel.cameras.core.smooth_rays.TILES_AT_ONCE", 3, smooth_grid),
+    "smooth rays": ("raxel.cameras.core.smooth_rays.TILE_BLOCK", 3, smooth_grid),
     "an undistorted view": (
         "raxel.multiview.views.BLOCK",
         170,

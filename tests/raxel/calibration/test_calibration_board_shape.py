@@ -245,7 +245,9 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
         others = parts != parts[k]
         mean = pixels[others][seen[others]].mean(axis=0)
         squares = np.sum((pixels[k][seen[k]] - mean) ** 2, axis=1)
-        expected = np.minimum(squares, (lens_bundle.WIDTH * scales[k]) ** 2).mean()
+        expected = np.minimum(
+            squares, (lens_bundle.OUTLIER_SCALES * scales[k]) ** 2
+        ).mean()
         assert found[k] == pytest.approx(expected)
 
 

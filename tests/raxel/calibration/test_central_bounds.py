@@ -53,7 +53,10 @@ def test_bounds_of_a_distance_hold_where_lines_share_the_errors_of_poses(apart, 
     squares, deviations = np.transpose(found)
     axes = np.swapaxes(lines.axes, 1, 2).reshape(-1, 3)
     left = true.ravel() - axes @ np.linalg.lstsq(axes, true.ravel())[0]
-    square, reach = np.sum(left**2) / count, central_test.QUANTILE * deviations
+    square, reach = (
+        np.sum(left**2) / count,
+        central_test.NORMAL_QUANTILE_95 * deviations,
+    )
     assert np.mean(squares - reach > square) < 0.05
     assert np.mean(squares + reach < square) < 0.05
 

@@ -81,7 +81,7 @@ def test_the_edge_is_taken_for_the_clamp_within_what_its_points_state(
     # Along all of what was given, in whichever order.
     assert np.ptp(picks.points[:, 1]) == pytest.approx(160, abs=0.5)
     if taken:
-        assert len(picks.points) == from_pictures.PICKS
+        assert len(picks.points) == from_pictures.N_PICKS
         assert np.abs(off).max() < 0.1
         assert picks.sd_px < 0.1
     else:

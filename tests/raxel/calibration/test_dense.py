@@ -34,7 +34,7 @@ NOISE_MM = 0.05
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch):
     """Enough for these small images, and quicker."""
-    monkeypatch.setattr(dense, "SAMPLES", 300)
+    monkeypatch.setattr(dense, "N_SAMPLES", 300)
 
 
 def rays_off(camera, views):
@@ -108,7 +108,7 @@ def test_the_stated_deviation_is_that_of_pixels():
     sd = sd[np.isfinite(sd)]
     wanted = np.sqrt(((0.05 * 2) ** 2 + (0.1 * 228 / 115) ** 2) / 2)
     assert np.allclose(sd, wanted, rtol=1e-4)
-    assert len(sd) > 0.8 * dense.SAMPLES
+    assert len(sd) > 0.8 * dense.N_SAMPLES
     assert dense_view(points).sd is None
 
 
@@ -180,7 +180,7 @@ def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
     points = seen_points(FISHEYE, POSES[0])
     view = dense_view(points, np.full(points.shape, 0.1), name="a")
     found = np.isfinite(view.pixels[:, 0])
-    assert dense.SAMPLES <= np.count_nonzero(found) < 1.5 * dense.SAMPLES
+    assert dense.N_SAMPLES <= np.count_nonzero(found) < 1.5 * dense.N_SAMPLES
     assert len(view.pixels) == view.columns * view.rows
     u, v = view.pixels[found].astype(int).T
     assert np.array_equal(view.points[found], points[v, u].astype(np.float32))

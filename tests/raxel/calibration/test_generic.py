@@ -180,4 +180,6 @@ def test_of_many_boards_those_of_least_noise_are_tried(monkeypatch):
     )
     triples = standard._ranked(pairs, 0, [])
     tried = {board for triple in triples for board in triple[1:]}
-    assert tried == {k for k in range(1, 15) if noise[k - 1] <= standard.CLEAREST}
+    assert tried == {
+        k for k in range(1, 15) if noise[k - 1] <= standard.MAX_N_BOARDS_PER_BASE
+    }

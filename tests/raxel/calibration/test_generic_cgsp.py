@@ -31,7 +31,7 @@ class Sampled(Exception):
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch):
     """Enough for these small images, and quicker."""
-    monkeypatch.setattr(dense, "SAMPLES", 300)
+    monkeypatch.setattr(dense, "N_SAMPLES", 300)
 
 
 def calibrated(views, **options):

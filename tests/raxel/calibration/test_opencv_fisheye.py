@@ -63,6 +63,8 @@ def test_one_view_is_refused_in_words():
 
 def test_the_best_of_the_starts_counts_whichever_comes_first(monkeypatch):
     """From a long focal length this lens is missed by a hundred pixels."""
-    monkeypatch.setattr(opencv_fisheye, "SPANS", opencv_fisheye.SPANS[::-1])
+    monkeypatch.setattr(
+        opencv_fisheye, "START_SPANS_RAD", opencv_fisheye.START_SPANS_RAD[::-1]
+    )
     found = calibrate_opencv_fisheye(views_of(10, noise=0.1), 1280, 960)
     assert found.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.1)

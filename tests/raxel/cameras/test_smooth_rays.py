@@ -5,7 +5,7 @@ import pytest
 
 from lab_cameras import EVERY, H, W
 from raxel.cameras import pixel_grid
-from raxel.cameras.core.smooth_rays import EXACT, NODES_AT, SmoothRays, _weights
+from raxel.cameras.core.smooth_rays import EXACT, NODE_POSITIONS, SmoothRays, _weights
 
 # Far below what a pixel's value or a corner's place can show, px and mm.
 NEAR_PX, NEAR_MM = 1e-5, 1e-6
@@ -96,5 +96,7 @@ def test_positions_beyond_the_image_are_asked_of_the_camera():
 def test_weights_reproduce_polynomials_of_the_nodes():
     x = np.linspace(-1, 1, 41)
     weights = _weights(x)
-    for degree in range(len(NODES_AT)):
-        np.testing.assert_allclose(weights @ NODES_AT**degree, x**degree, atol=1e-13)
+    for degree in range(len(NODE_POSITIONS)):
+        np.testing.assert_allclose(
+            weights @ NODE_POSITIONS**degree, x**degree, atol=1e-13
+        )

@@ -13,7 +13,7 @@ from raxel.geometry import (
     refine_homography,
 )
 from raxel.geometry.homography import (
-    CUT,
+    OUTLIER_SIGMAS,
     random_samples,
     robust_start,
     transfer_jacobian,
@@ -210,9 +210,9 @@ def test_pairs_are_cut_at_a_number_of_deviations_of_their_noise(sigma):
     rng = np.random.default_rng(7)
     source, target = noisy_pairs(rng, 8000, sigma)
     _, limit = robust_start(source, target, rng)
-    assert limit == pytest.approx(CUT * sigma, rel=0.05)
+    assert limit == pytest.approx(OUTLIER_SIGMAS * sigma, rel=0.05)
     _, given = robust_start(source, target, rng, sigma)
-    assert given == pytest.approx(CUT * sigma)
+    assert given == pytest.approx(OUTLIER_SIGMAS * sigma)
 
 
 square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from raxel.calibration.adjust.ray_elimination import (
-    FAR,
+    MAX_DEPTH,
     compiled,
     frames,
     meet,
@@ -136,7 +136,7 @@ def _image_whitening(seen, directions, whitening, R, c, first, stop, sums):
             if not seen[j, i]:
                 continue
             m_x, m_y, depth = meet(R[j], c[j], directions[i])
-            if not 0.0 < depth < FAR:
+            if not 0.0 < depth < MAX_DEPTH:
                 continue
             share = 1.0 / (1.0 + m_x**2 + m_y**2)
             left = np.sqrt(1.0 - share * m_x**2)

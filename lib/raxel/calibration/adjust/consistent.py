@@ -27,7 +27,7 @@ from raxel.calibration.adjust.bundle import (
     start_directions,
 )
 from raxel.calibration.adjust.ray_elimination import (
-    BEND,
+    LOSS_THRESHOLD_SIGMAS,
     LOSSES,
     moved,
     normal_equations,
@@ -183,12 +183,14 @@ def _from_centre(flat, seen, centre, T_base_grid):
 
 
 # The weights are frozen anew when the first adjustment is as close as this, in SDs.
-CLOSE = 0.1
-RESOLUTION = 1e-13  # steps this small, against the scene, are rounding
-SINGULAR = 1e-10  # smallest over largest eigenvalue, all unknowns in like units
+WEIGHT_UPDATE_TOL_SIGMAS = 0.1
+STEP_ROUNDING_TOL = 1e-13  # steps this small, against the scene, are rounding
+MIN_EIGENVALUE_RATIO = (
+    1e-10  # smallest over largest eigenvalue, all unknowns in like units
+)
 FIRST_DAMPING = 1e-9
 MAX_DAMPING = 1e6
-MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
+CHI2_MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 
 
 class ConsistentResult(NamedTuple):
@@ -291,7 +293,9 @@ def adjust_consistent(
     directions = start_directions(points, seen, centre, T)
     # Stated deviations and no loss leave nothing to freeze anew.
     rounds = (
-        (tolerance,) if sigma is not None and loss == "none" else (CLOSE, tolerance)
+        (tolerance,)
+        if sigma is not None and loss == "none"
+        else (WEIGHT_UPDATE_TOL_SIGMAS, tolerance)
     )
     passes = 0
     for close_enough in rounds:
@@ -353,7 +357,9 @@ def _frozen_loss(rays, centre, T, loss, freedom):
     if loss == "none":
         return LOSSES[loss], 1.0
     normal_equations(rays, centre, T, settle=2)
-    return LOSSES[loss], BEND[loss] ** 2 * _median_variance(rays, centre, T, freedom)
+    return LOSSES[loss], LOSS_THRESHOLD_SIGMAS[loss] ** 2 * _median_variance(
+        rays, centre, T, freedom
+    )
 
 
 def _median_variance(rays, centre, T, freedom):
@@ -361,7 +367,7 @@ def _median_variance(rays, centre, T, freedom):
     squares = squared_residuals(rays, centre, T)
     shared = squares[:, np.count_nonzero(rays[1][..., 0], axis=0) >= 2]
     kept = 2 * np.count_nonzero(~np.isnan(shared))
-    return float(np.nanmedian(shared)) / MEDIAN * kept / freedom
+    return float(np.nanmedian(shared)) / CHI2_MEDIAN * kept / freedom
 
 
 def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
@@ -392,7 +398,7 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
 
 def is_rounding(step, centre):
     """Whether a step (mm and rad) of a scene at this distance is lost in rounding."""
-    return np.abs(step).max() <= RESOLUTION * np.abs(centre).max()
+    return np.abs(step).max() <= STEP_ROUNDING_TOL * np.abs(centre).max()
 
 
 def _result(rays, state, sigma, loss, freedom, passes):
@@ -424,7 +430,7 @@ def _inverse(normal):
     """Inverse of a normal matrix. Raises CalibrationError where it is singular."""
     unit = 1.0 / np.sqrt(np.diag(normal))
     sizes, axes = np.linalg.eigh(normal * np.outer(unit, unit))
-    if not sizes[0] > SINGULAR * sizes[-1]:
+    if not sizes[0] > MIN_EIGENVALUE_RATIO * sizes[-1]:
         raise CalibrationError(
             "adjustment: the grids do not determine the centre; they are parallel, or"
             " too few rays are common to them",

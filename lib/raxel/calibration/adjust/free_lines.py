@@ -37,9 +37,9 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, transform
 
 BLOCK = 4096  # lines handled at once
-MIN_GRIDS = 3  # grids that a line must see to have a say
+MIN_N_GRIDS = 3  # grids that a line must see to have a say
 # Depths of its points must differ by this share: where grids cross there is no line.
-SPREAD = 0.02
+MIN_DEPTH_SPREAD = 0.02
 
 
 class FreeLines(NamedTuple):
@@ -148,7 +148,9 @@ def _determined(points, seen, central):
         depth = np.linalg.norm(p, axis=1)
         near = np.minimum(near, np.where(seen[j], depth, np.inf))
         far = np.maximum(far, np.where(seen[j], depth, 0.0))
-    return (np.count_nonzero(seen, axis=0) >= MIN_GRIDS) & (far > (1 + SPREAD) * near)
+    return (np.count_nonzero(seen, axis=0) >= MIN_N_GRIDS) & (
+        far > (1 + MIN_DEPTH_SPREAD) * near
+    )
 
 
 def _chosen(points, central, rays):

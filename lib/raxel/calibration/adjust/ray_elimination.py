@@ -33,10 +33,10 @@ from raxel.io.files import processors
 
 BLOCK = 4096  # rays summed apart
 BATCH = 64  # rays whose whitened rows are held at once
-FAR = 1e300
+MAX_DEPTH = 1e300
 LOSSES = {"none": 0, "huber": 1, "cauchy": 2}
 # Where a loss leaves the square, in standard deviations of one coordinate.
-BEND = {"none": 1.0, "huber": 2.0, "cauchy": 3.0}
+LOSS_THRESHOLD_SIGMAS = {"none": 1.0, "huber": 2.0, "cauchy": 3.0}
 
 compiled = njit(cache=True, nogil=True, error_model="numpy")
 summing = njit(
@@ -255,7 +255,7 @@ def _whitened_rows(q, w, u, R, c, kind, bend, rest):
     m_x, m_y, depth = meet(R, c, u)
     e, f = residual(q, w, c, m_x, m_y)
     cost, share = _losing(e**2 + f**2, kind, bend)
-    if not 0.0 < depth < FAR:
+    if not 0.0 < depth < MAX_DEPTH:
         cost = np.inf
     share = np.sqrt(share)
     x, y = c[0] - c[2] * m_x, c[1] - c[2] * m_y

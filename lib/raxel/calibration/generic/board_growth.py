@@ -26,7 +26,7 @@ from raxel.geometry.poses import nearest_rotation, pose, transform
 # them but nine numbers a pixel.
 
 
-ROWS = 16  # of the table, handled at once
+ROWS_PER_BLOCK = 16  # of the table, handled at once
 
 
 def ray_table(views, T_base_grid, centre, width, height, weights=None):
@@ -43,8 +43,8 @@ def ray_table(views, T_base_grid, centre, width, height, weights=None):
     for view, T, weight in zip(views, T_base_grid, weights, strict=True):
         view.add_moments(sums, T, centre, weight)
     table = np.empty((height, width, 3))
-    for start in range(0, height, ROWS):
-        rows = slice(start, start + ROWS)
+    for start in range(0, height, ROWS_PER_BLOCK):
+        rows = slice(start, start + ROWS_PER_BLOCK)
         of_rows = np.ascontiguousarray(np.moveaxis(sums[rows], -1, 0))
         table[rows] = np.moveaxis(_main_axes(*of_rows), 0, -1)
     return table
@@ -67,10 +67,12 @@ def _main_axes(xx, yy, zz, xy, xz, yz, x, y, z):
     return np.stack([x, y, z])
 
 
-MIN_COMMON = 40  # coarse samples that two boards must share to be compared
-POSED = 400  # samples a pose is found from
-AGREES = 0.6  # share of those within THRESHOLD_PX for a board to be taken in
-THRESHOLD_PX = 3.0
+MIN_N_COMMON_SAMPLES = 40  # coarse samples that two boards must share to be compared
+N_POSE_SAMPLES = 400  # samples a pose is found from
+MIN_INLIER_FRACTION = (
+    0.6  # share of those within INLIER_THRESHOLD_PX for a board to be taken in
+)
+INLIER_THRESHOLD_PX = 3.0
 
 
 class GenericCalibration(NamedTuple):
@@ -144,7 +146,7 @@ def grown(samples, start, rng):
     while waiting:
         known = np.isfinite(directions[:, 0])
         waiting.sort(key=lambda k: -np.count_nonzero(samples.seen[k] & known))
-        threshold = THRESHOLD_PX * _radians_per_px(samples, directions)
+        threshold = INLIER_THRESHOLD_PX * _radians_per_px(samples, directions)
         for k in waiting:
             usable = samples.seen[k] & known
             T, reasons[k] = _posed(
@@ -165,9 +167,9 @@ def grown(samples, start, rng):
 
 def _posed(directions, points, rng, threshold):
     """Pose (4, 4) of one board from known rays, or None and the reason."""
-    if len(points) < MIN_COMMON:
+    if len(points) < MIN_N_COMMON_SAMPLES:
         return None, f"shares {len(points)} samples with the known rays; too few"
-    picked = rng.permutation(len(points))[:POSED]
+    picked = rng.permutation(len(points))[:N_POSE_SAMPLES]
     try:
         found = pose_from_rays(
             directions[picked], points[picked], rng, threshold, metric="angle"
@@ -175,10 +177,10 @@ def _posed(directions, points, rng, threshold):
     except CalibrationError as error:
         return None, str(error)
     share = np.mean(found.inliers)
-    if share < AGREES:
+    if share < MIN_INLIER_FRACTION:
         return None, (
             f"its pose agrees with {100 * share:.0f} % of the known rays to within"
-            f" {THRESHOLD_PX:g} px; {100 * AGREES:.0f} % are needed"
+            f" {INLIER_THRESHOLD_PX:g} px; {100 * MIN_INLIER_FRACTION:.0f} % are needed"
         )
     return found.T_camera_grid.copy(), ""
 

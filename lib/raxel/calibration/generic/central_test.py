@@ -38,8 +38,8 @@ from raxel.geometry.poses import inverse_pose
 # correlation of a quarter. So the sample takes pixels a window or a cell apart.
 
 
-OBSERVATIONS = 30_000  # pixel-view pairs, at most about
-DECODER_PX = 7  # side of the square that the decoder averages over
+MAX_N_OBSERVATIONS = 30_000  # pixel-view pairs, at most about
+DECODER_WINDOW_PX = 7  # side of the square that the decoder averages over
 
 
 def centrality_of_views(views, width, height, T_camera_grid):
@@ -51,12 +51,12 @@ def centrality_of_views(views, width, height, T_camera_grid):
     where too few pixels see three views for a test, or too many are far off.
     """
     if all(view.every_pixel for view in views):
-        alike_px = DECODER_PX
+        alike_px = DECODER_WINDOW_PX
     else:
         alike_px = np.sqrt(np.median([_cell_area(view) for view in views]))
         views = [interpolated_view(view, "by need")[0] for view in views]
     area = sum(view.area() for view in views)
-    apart = min(OBSERVATIONS, area / alike_px**2)
+    apart = min(MAX_N_OBSERVATIONS, area / alike_px**2)
     samples = sample_boards(views, width, height, apart)
     sigma = None
     if all(view.every_pixel and view.sd is not None for view in views):
@@ -75,14 +75,16 @@ def _cell_area(view):
     return view.area() / ((view.columns - 1) * (view.rows - 1))
 
 
-RAYS = 10_000  # tested at most, spread evenly over those that see three grids
-UNLIKELY = 1e-3
-GROSS = 8.0  # standard deviations of the points' distances from their lines
-MIN_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of them
-ROUNDS = 4  # in which rays with gross errors are left out
-MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
-WIDE = 4.0  # times the median variance: from here on a line counts less
-QUANTILE = ndtri(0.95)
+MAX_N_RAYS = 10_000  # tested at most, spread evenly over those that see three grids
+CENTRAL_P_THRESHOLD = 1e-3
+GROSS_SIGMAS = 8.0  # standard deviations of the points' distances from their lines
+MIN_CLEAN_FRACTION = (
+    0.8  # of the rays: with more gross errors, lines follow some of them
+)
+MAX_N_ROUNDS = 4  # in which rays with gross errors are left out
+CHI2_MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
+DOWNWEIGHT_RATIO = 4.0  # times the median variance: from here on a line counts less
+NORMAL_QUANTILE_95 = ndtri(0.95)
 
 
 class CentralTest(NamedTuple):
@@ -108,7 +110,7 @@ class CentralTest(NamedTuple):
     @property
     def central(self):
         """Whether nothing speaks against one centre."""
-        return self.p_value >= UNLIKELY
+        return self.p_value >= CENTRAL_P_THRESHOLD
 
     def __str__(self):
         bounds = f"{self.at_least_mm:.3g} to {self.at_most_mm:.3g} mm"
@@ -134,8 +136,8 @@ def centrality_test(
 ) -> CentralTest:
     """Test whether the rays of a camera meet in one point.
 
-    Rays with a point GROSS standard deviations or more from their line are excluded. Of
-    more than RAYS rays every k-th is tested, which reduces the correlation of
+    Rays with a point GROSS_SIGMAS standard deviations or more from their line are excluded. Of
+    more than MAX_N_RAYS rays every k-th is tested, which reduces the correlation of
     neighbours.
 
     Parameters
@@ -171,12 +173,12 @@ def centrality_test(
             f"central or not: {len(rays)} rays see three grids; ten or more are needed",
             code="too-few-rays",
         )
-    step = -(-len(rays) // RAYS)
+    step = -(-len(rays) // MAX_N_RAYS)
     rays = rays[::step]
     alike = correlation(window, step)
     if sigma is not None and np.ndim(sigma):
         sigma = np.asarray(sigma)[:, rays]
-    chosen, rounds, least = points[:, rays], 0, MIN_CLEAN * len(rays)
+    chosen, rounds, least = points[:, rays], 0, MIN_CLEAN_FRACTION * len(rays)
     while True:
         start = centre, T_base_grid
         central = adjust_consistent(
@@ -184,7 +186,7 @@ def centrality_test(
         )
         lines = relax_centrality(chosen, central, tolerance=1e-4)
         keep = lines.used
-        if rounds < ROUNDS:
+        if rounds < MAX_N_ROUNDS:
             keep = keep & _without_gross_errors(chosen, central, lines)
         if keep.all():
             break
@@ -212,8 +214,8 @@ def _without_gross_errors(points, central, lines):
     x, y = np.moveaxis(off, 2, 0)
     squares = (w[0] * x + w[1] * y) ** 2 + (w[2] * y) ** 2
     counted = (w[0] > 0) & lines.used
-    usual = np.median(squares[counted]) / MEDIAN
-    return ~(counted & (squares > GROSS**2 * usual)).any(axis=0)
+    usual = np.median(squares[counted]) / CHI2_MEDIAN
+    return ~(counted & (squares > GROSS_SIGMAS**2 * usual)).any(axis=0)
 
 
 def correlation(window, step=1):
@@ -234,7 +236,10 @@ def _judged(central, lines, alike, stated):
     ratio = saved / (lines.cost / lines.degrees_of_freedom)
     p = fdtrc(more / alike, lines.degrees_of_freedom / alike, ratio)
     square, deviation = _squared_distance(central, lines, alike)
-    low, high = square - QUANTILE * deviation, square + QUANTILE * deviation
+    low, high = (
+        square - NORMAL_QUANTILE_95 * deviation,
+        square + NORMAL_QUANTILE_95 * deviation,
+    )
     p_of_noise = noise_ratio = np.nan
     if stated:
         p_of_noise = chdtrc(central.degrees_of_freedom / alike, central.cost / alike)
@@ -261,7 +266,7 @@ def _squared_distance(central, lines, alike):
     b, own = lines.offsets[used], lines.offset_covariance[used]
     follows, axes = lines.offset_of_poses[used], lines.axes[used]
     variance = np.trace(own, axis1=1, axis2=2) / 2
-    weight = np.minimum(1.0, WIDE * np.median(variance) / variance) ** 2
+    weight = np.minimum(1.0, DOWNWEIGHT_RATIO * np.median(variance) / variance) ** 2
     weight /= weight.sum()
     # The best point is three more unknowns that the offsets lose.
     normal = np.einsum("n,nka,nla->kl", weight, axes, axes)

@@ -22,16 +22,20 @@ from raxel.calibration.adjust.consistent import (
     relax_poses,
 )
 from raxel.calibration.generic.board_growth import (
-    MIN_COMMON,
+    MIN_N_COMMON_SAMPLES,
     AdjustedBoards,
     GenericCalibration,
     Start,
     completed,
     grown,
 )
-from raxel.calibration.generic.standard import COARSE, OBSERVATIONS, filled_views
+from raxel.calibration.generic.standard import (
+    COARSE_STEP,
+    MAX_N_OBSERVATIONS,
+    filled_views,
+)
 from raxel.calibration.linear.cgsp import (
-    ROUNDS,
+    N_WEIGHTING_ROUNDS,
     CgspSolution,
     homography_to_base,
     solve_homographies,
@@ -44,8 +48,8 @@ from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
-DENSE_OBSERVATIONS = 3_000_000  # pixel-grid pairs computed with, of active grids
-BASES = 3  # boards compared as the base, those that overlap the most first
+MAX_N_DENSE_OBSERVATIONS = 3_000_000  # pixel-grid pairs computed with, of active grids
+MAX_N_BASE_BOARDS = 3  # boards compared as the base, those that overlap the most first
 
 
 def calibrate_cgsp(
@@ -98,8 +102,10 @@ def calibrate_cgsp(
     """
     views, chosen = filled_views(views, interpolation)
     dense = all(view.every_pixel for view in views)
-    observations = DENSE_OBSERVATIONS if dense else OBSERVATIONS
-    coarse = sample_boards(views, width, height, OBSERVATIONS).thinned(COARSE)
+    observations = MAX_N_DENSE_OBSERVATIONS if dense else MAX_N_OBSERVATIONS
+    coarse = sample_boards(views, width, height, MAX_N_OBSERVATIONS).thinned(
+        COARSE_STEP
+    )
     samples = sample_boards(views, width, height, observations)
     start = _start(coarse, side, pinhole, rng)
     start = _linear(samples, start.boards, side, pinhole, rng)
@@ -134,7 +140,7 @@ def _start(samples, side, pinhole, rng):
     """The Start whose base determines the centre best, of the bases tried."""
     common = samples.seen.astype(int) @ samples.seen.T
     np.fill_diagonal(common, 0)
-    overlaps = common >= MIN_COMMON
+    overlaps = common >= MIN_N_COMMON_SAMPLES
     bases = sorted(
         range(len(common)), key=lambda k: (-overlaps[k].sum(), -common[k].sum())
     )
@@ -145,7 +151,7 @@ def _start(samples, side, pinhole, rng):
             starts.append(_linear(samples, boards, side, pinhole, rng))
         except CalibrationError as error:
             failures.append(error)
-        if len(starts) == BASES:
+        if len(starts) == MAX_N_BASE_BOARDS:
             break
     if not starts:
         raise CalibrationError(
@@ -173,7 +179,7 @@ def _linear(samples, boards, side, pinhole, rng):
             code="no-overlap",
         )
     solution = solve_homographies(
-        points[kept], fits, side=side, pinhole=pinhole, rounds=ROUNDS
+        points[kept], fits, side=side, pinhole=pinhole, rounds=N_WEIGHTING_ROUNDS
     )
     return Start(tuple(boards[k] for k in kept), solution)
 
@@ -186,8 +192,8 @@ def _linear(samples, boards, side, pinhole, rng):
 
 
 # A point is taken for right that lies off its ray by so many times the usual.
-THRESHOLD = 5.0
-MIN_THRESHOLD_MM = 0.5
+INLIER_RATIO = 5.0
+MIN_INLIER_THRESHOLD_MM = 0.5
 
 
 class CentralCalibration(NamedTuple):
@@ -290,7 +296,7 @@ def calibrate_central(
     rays = joined()
     if threshold is None:
         usual = np.median(_distances(points[:first], seen[:first], start, rays))
-        threshold = max(THRESHOLD * float(usual), MIN_THRESHOLD_MM)
+        threshold = max(INLIER_RATIO * float(usual), MIN_INLIER_THRESHOLD_MM)
     for grid in range(first, len(points)):
         known = np.flatnonzero(np.isfinite(rays[:, 0] + points[grid, :, 0]))
         if most is not None and len(known) > most:

@@ -21,9 +21,9 @@ from raxel.geometry.planes import pluecker_matrix_of_rays
 from raxel.geometry.poses import inverse_pose, transform
 
 BLOCK = 1 << 16  # rays handled at once, which bounds the temporaries
-RIGID = 1e-6  # largest error of R^T R of a pose that is taken as rigid
+ORTHOGONALITY_TOL = 1e-6  # largest error of R^T R of a pose that is taken as rigid
 # Two points, or two planes, closer than this share of the grids' size are one.
-COINCIDENT = 1e-9
+COINCIDENCE_TOL = 1e-9
 
 
 class KnownMotionRays(NamedTuple):
@@ -139,7 +139,7 @@ def _join(p, seen):
     size = np.sqrt((weight * p**2).sum(axis=(0, 2)))
     # Points of first and last grid in one place leave the sense of the ray open.
     spread = np.linalg.norm(last - first, axis=1)
-    valid = (number[:, 0] >= 2) & (spread > COINCIDENT * size)
+    valid = (number[:, 0] >= 2) & (spread > COINCIDENCE_TOL * size)
     along = along / np.where(valid[:, None], length, np.nan)
     along = along * np.sign(np.sum(along * (last - first), axis=1, keepdims=True))
     origins = middle + np.sum(along * (first - middle), axis=1, keepdims=True) * along
@@ -198,7 +198,11 @@ def _check_rigid(poses):
     R = whole[:, :3, :3]
     skew = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
     last_row = np.abs(whole[:, 3] - [0, 0, 0, 1]).max(axis=1)
-    good = (skew < RIGID) & (last_row < RIGID) & (np.linalg.det(R) > 0)
+    good = (
+        (skew < ORTHOGONALITY_TOL)
+        & (last_row < ORTHOGONALITY_TOL)
+        & (np.linalg.det(R) > 0)
+    )
     if not good.all():
         raise InputError(
             f"known motion: field 'T_base_grid': pose {np.argmin(good)} is not rigid;"
@@ -216,7 +220,7 @@ def _check_apart(points, poses, seen):
         T = inverse_pose(poses[i]) @ poses[j]
         height = T[2, 0] * x + T[2, 1] * y + T[2, 3]
         size = max(np.abs(points[[i, j]][:, both]).max(), np.abs(T[:3, 3]).max())
-        if np.abs(height).max() <= COINCIDENT * size:
+        if np.abs(height).max() <= COINCIDENCE_TOL * size:
             raise InputError(
                 f"known motion: field 'T_base_grid': grids {i} and {j} lie in one"
                 " plane, so their points give no ray; move one of them"

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.generic.board_growth import (
-    MIN_COMMON,
+    MIN_N_COMMON_SAMPLES,
     AdjustedBoards,
     GenericCalibration,
     Start,
@@ -47,10 +47,10 @@ from raxel.calibration.views.dense import BoardSamples, DenseView, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.errors import CalibrationError
 
-OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
-COARSE = 2  # while boards are chosen, every second sample each way will do
-CLEAREST = 12  # boards that are tried with one base
-CANDIDATES = 3  # first triples tried, each with another base
+MAX_N_OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
+COARSE_STEP = 2  # while boards are chosen, every second sample each way will do
+MAX_N_BOARDS_PER_BASE = 12  # boards that are tried with one base
+MAX_N_STARTS = 3  # first triples tried, each with another base
 
 
 def calibrate_generic(
@@ -153,8 +153,8 @@ def compared_boards(
         As `calibrate_generic`.
     """
     views, chosen = filled_views(views, interpolation)
-    samples = sample_boards(views, width, height, OBSERVATIONS)
-    coarse = samples.thinned(COARSE)
+    samples = sample_boards(views, width, height, MAX_N_OBSERVATIONS)
+    coarse = samples.thinned(COARSE_STEP)
     pairs = _grid_pairs(coarse)
     refused = []  # type: ignore[var-annotated]
     triples = [_ranked(pairs, base, refused) for base in range(len(views))]
@@ -203,7 +203,7 @@ def calibrate_compared(
     if linear not in ("well conditioned", "as printed"):
         raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
     growths, failures = [], []
-    for start in _starts(boards, linear, side)[:CANDIDATES]:
+    for start in _starts(boards, linear, side)[:MAX_N_STARTS]:
         try:
             growths.append(grown(boards.coarse, start, rng))
         except CalibrationError as error:
@@ -255,7 +255,7 @@ def _starts(boards, linear, side):
     """
     starts, failures = [], [*boards.refused]
     for triples in boards.triples:
-        for triple in triples[:CLEAREST]:
+        for triple in triples[:MAX_N_BOARDS_PER_BASE]:
             try:
                 solution = _linear(boards, triple, linear, side)
             except CalibrationError as error:
@@ -281,7 +281,7 @@ def _ranked(pairs, base, refused):
     """Triples (base, j, k), the best determined centre first."""
     others = sorted(
         (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
-    )[:CLEAREST]
+    )[:MAX_N_BOARDS_PER_BASE]
     picks = list(itertools.combinations(range(len(others)), 2))
     if not picks:
         return []
@@ -324,7 +324,7 @@ def _grid_pairs(samples):
     pairs = {}
     for a, b in itertools.permutations(range(len(points)), 2):
         both = seen[a] & seen[b]
-        if np.count_nonzero(both) < MIN_COMMON:
+        if np.count_nonzero(both) < MIN_N_COMMON_SAMPLES:
             continue
         try:
             pairs[a, b] = grid_pair(

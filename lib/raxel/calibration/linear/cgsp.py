@@ -19,11 +19,15 @@ from raxel.geometry.homography import homography_dlt, normalising, robust_start
 from raxel.geometry.homography_stream import across, fit_homography, floating, kronecker
 from raxel.geometry.poses import nearest_rotation, pose
 
-SUBSET = 20_000  # pairs of rays that outliers are looked for among, as in the thesis
-MIN_RAYS = 4  # rays that two grids must share
-ROUNDS = 2  # of weighting; a third changes nothing
-LOOSE = 0.5  # of the spread of the base's points: pairs this far off are not alike
-MIN_INLIERS = 0.5  # share of the rays common to two grids
+N_RANSAC_PAIRS = (
+    20_000  # pairs of rays that outliers are looked for among, as in the thesis
+)
+MIN_N_COMMON_RAYS = 4  # rays that two grids must share
+N_WEIGHTING_ROUNDS = 2  # of weighting; a third changes nothing
+MAX_THRESHOLD_FRACTION = (
+    0.5  # of the spread of the base's points: pairs this far off are not alike
+)
+MIN_INLIER_FRACTION = 0.5  # share of the rays common to two grids
 
 
 class CgspSolution(NamedTuple):
@@ -65,7 +69,7 @@ def linear_cgsp(
     robust: str | float | None = None,
     rng: np.random.Generator | None = None,
     weights: np.ndarray | str | None = None,
-    subset: int = SUBSET,
+    subset: int = N_RANSAC_PAIRS,
 ) -> CgspSolution:
     """Return camera centre and grid poses by CGSP's linear stage.
 
@@ -133,12 +137,16 @@ def linear_cgsp(
         factors = None if by_noise or weights is None else weights[k]
         fits.append(homography_to_base(points, seen, k, robust, rng, factors, subset))
     return solve_homographies(
-        points, fits, side=side, pinhole=pinhole, rounds=ROUNDS if by_noise else 0
+        points,
+        fits,
+        side=side,
+        pinhole=pinhole,
+        rounds=N_WEIGHTING_ROUNDS if by_noise else 0,
     )
 
 
 def homography_to_base(
-    points, seen, k, robust=None, rng=None, weights=None, subset=SUBSET
+    points, seen, k, robust=None, rng=None, weights=None, subset=N_RANSAC_PAIRS
 ):
     """HomographyFit (4.2) from grid k to the base; weights (N,), else as `linear_cgsp`.
 
@@ -146,10 +154,10 @@ def homography_to_base(
     """
     both = seen[0] & seen[k]
     common = np.flatnonzero(both)
-    if len(common) < MIN_RAYS:
+    if len(common) < MIN_N_COMMON_RAYS:
         raise CalibrationError(
             f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
-            f" at least {MIN_RAYS} are needed: the grids must overlap in the image",
+            f" at least {MIN_N_COMMON_RAYS} are needed: the grids must overlap in the image",
             code="no-overlap",
         )
     try:
@@ -170,7 +178,7 @@ def homography_to_base(
         raise CalibrationError(
             f"linear stage: grid {k} and the base: {error}", code=error.code
         ) from None
-    if fit.count < MIN_INLIERS * len(common):
+    if fit.count < MIN_INLIER_FRACTION * len(common):
         raise CalibrationError(
             f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
             f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
@@ -184,7 +192,7 @@ def homography_to_base(
 def _refuse_loose(limit, base, k):
     """Points that have nothing to do with each other are as far off as they spread."""
     spread = np.sqrt(np.mean((base - np.median(base, axis=0)) ** 2))
-    if limit > LOOSE * spread:
+    if limit > MAX_THRESHOLD_FRACTION * spread:
         raise CalibrationError(
             f"linear stage: grid {k} and the base agree with no homography: pairs are"
             f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}",
@@ -283,7 +291,7 @@ def _solution(points, fits, side, pinhole):
 def _some(points, use):
     """Points (M, 2) of the rays in use: all, or an even choice of many."""
     picked = np.flatnonzero(use)
-    return points[picked[:: max(1, len(picked) // SUBSET)]]
+    return points[picked[:: max(1, len(picked) // N_RANSAC_PAIRS)]]
 
 
 def _normalised(fit, base, grid):
@@ -319,11 +327,11 @@ def _in_front(fit, points):
 
 
 # A system determined worse than this is refused even when there is no noise to see.
-DEGENERATE = 1e-9
+DEGENERACY_TOL = 1e-9
 # The third singular value must stand out this far above the noise of the coefficients.
-NOISE_MARGIN = 5.0
+MIN_NOISE_RATIO = 5.0
 # Share of a grid's points that may lie behind the centre before it is refused.
-BEHIND = 0.25
+MAX_BEHIND_FRACTION = 0.25
 
 
 def scaled(H):
@@ -497,7 +505,7 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
     if side not in (-1, 1):
         raise ValueError(f"side: {side!r}; expected -1 or 1, the sign of C_z")
     degeneracy, margin = _determination(homographies, noise)
-    if degeneracy < DEGENERATE or margin < NOISE_MARGIN:
+    if degeneracy < DEGENERACY_TOL or margin < MIN_NOISE_RATIO:
         raise CalibrationError(
             f"linear stage: {_parallel(homographies, noise)} (singular-value ratio"
             f" {degeneracy:.1e}); tilt the grids differently"
@@ -521,7 +529,7 @@ def margins_of(homographies, noise):
     """
     degeneracy, margin = _determination(homographies, noise)
     square = sturm_maybank(homographies)[2]
-    refused = (degeneracy < DEGENERATE) | (margin < NOISE_MARGIN) | ~(square > 0)
+    refused = (degeneracy < DEGENERACY_TOL) | (margin < MIN_NOISE_RATIO) | ~(square > 0)
     return np.where(refused, np.nan, margin)
 
 
@@ -536,7 +544,7 @@ def _determination(homographies, noise):
 def _parallel(homographies, noise):
     """Which grids cannot be told from parallel ones, in words."""
     tilts = np.hypot(homographies[:, 2, 0], homographies[:, 2, 1])
-    floor = NOISE_MARGIN * max(noise, DEGENERATE)
+    floor = MIN_NOISE_RATIO * max(noise, DEGENERACY_TOL)
     flat = [str(k) for k, tilt in enumerate(tilts, start=1) if tilt < floor]
     if flat:
         return f"parallel to the base as far as the noise tells: grid {', '.join(flat)}"
@@ -570,7 +578,7 @@ def grid_pose(H: np.ndarray, centre: np.ndarray, in_front: float) -> np.ndarray:
     ----------
     Thesis (4.11) to (4.14).
     """
-    if abs(in_front) < 1 - 2 * BEHIND:
+    if abs(in_front) < 1 - 2 * MAX_BEHIND_FRACTION:
         raise CalibrationError(
             "linear stage: points of a grid lie on both sides of the camera centre",
             code="behind-centre",

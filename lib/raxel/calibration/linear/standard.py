@@ -21,7 +21,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from raxel.calibration.linear.cgsp import DEGENERATE, centre_of, grid_pose, margins_of
+from raxel.calibration.linear.cgsp import (
+    DEGENERACY_TOL,
+    centre_of,
+    grid_pose,
+    margins_of,
+)
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose
 
@@ -174,7 +179,7 @@ def _null_vector(products, terms):
 
 
 # (2.23): a divisor below this share of its natural size is 0 within rounding.
-VANISHING = 1e-9
+ZERO_TOL = 1e-9
 
 
 class LinearSolution(NamedTuple):
@@ -346,7 +351,7 @@ def grid_pair(points_1, points_k, base, grid, weights=None):
     )
     shared = left[:, 0]
     scale_v, scale_w = singular[0] * right[0]
-    if min(abs(scale_v), abs(scale_w)) < DEGENERATE:
+    if min(abs(scale_v), abs(scale_w)) < DEGENERACY_TOL:
         raise CalibrationError(
             "linear stage: a grid's plane seems to contain the camera centre",
             code="behind-centre",
@@ -447,8 +452,8 @@ def linear_as_printed(
 def _ratio_scaled(v, w, name):
     """(2.15), (2.16): W to the scale of V by the single ratio V_4 / W_1."""
     if (
-        abs(w[0]) < VANISHING * np.abs(w[:2]).max()
-        or abs(v[3]) < VANISHING * np.abs(v[3:5]).max()
+        abs(w[0]) < ZERO_TOL * np.abs(w[:2]).max()
+        or abs(v[3]) < ZERO_TOL * np.abs(v[3:5]).max()
     ):
         raise CalibrationError(
             f"as printed: the ratio {name} is 0/0 (R_31 = 0: no rotation about y)",
@@ -526,7 +531,7 @@ def solve_unknowns(
     units[2] = units[3]
     left, singular, right = np.linalg.svd(d / units, full_matrices=False)
     degeneracy = singular[4] / singular[0]
-    if not degeneracy > DEGENERATE:
+    if not degeneracy > DEGENERACY_TOL:
         raise CalibrationError(
             "as printed: the matrix of (2.21) has rank below 5; grids parallel to the"
             " base or to each other",
@@ -571,7 +576,7 @@ def printed_depth(u: np.ndarray, v: np.ndarray, side: int) -> float:
     """
     product = v[3] * v[4]
     numerator = u[4] * u[5] + u[6] * u[7]
-    if abs(product) < VANISHING * (v[3] ** 2 + v[4] ** 2):
+    if abs(product) < ZERO_TOL * (v[3] ** 2 + v[4] ** 2):
         raise CalibrationError(
             "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0)",
             code="zero-division",
@@ -624,7 +629,7 @@ def printed_pose(
     t_y = (u[1] + factor * centre[1]) / factor
     if tz == "corrected":
         t_z = centre[2] + vector[5] / scale
-    elif abs(centre[1]) < VANISHING * abs(centre[2]):
+    elif abs(centre[1]) < ZERO_TOL * abs(centre[2]):
         raise CalibrationError(
             "as printed: t_z divides by C_y = 0; use the form tz='corrected'",
             code="zero-division",

@@ -34,7 +34,8 @@ from raxel.calibration.mirror.clamp import (
     soft_clamp,
 )
 from raxel.calibration.mirror.observations import (
-    LEAST_SD_PX,
+    MIN_N_POSE_CORNERS,
+    MIN_SD_PX,
     RayPoints,
     clamped_end,
     need_support,
@@ -42,7 +43,6 @@ from raxel.calibration.mirror.observations import (
     sighting,
     support_of,
 )
-from raxel.calibration.mirror.observations import MIN_POSE_CORNERS as FEWEST
 from raxel.calibration.mirror.refine import camera_of_shape, ray_sd
 from raxel.calibration.pose.three_point import (
     motion_of_points,
@@ -57,7 +57,7 @@ from raxel.geometry.least_squares import descend
 
 
 # Of the largest eigenvalue of the scaled normal matrix: below it, nothing is known.
-OPEN = 1e-13
+MIN_EIGENVALUE_RATIO = 1e-13
 
 
 class State(NamedTuple):
@@ -179,9 +179,9 @@ def inverse_of(normal):
     """Inverse of a normal matrix (K, K); CalibrationError where unknowns are open."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
-    if not values[0] > OPEN * values[-1]:
+    if not values[0] > MIN_EIGENVALUE_RATIO * values[-1]:
         raise CalibrationError(
-            f"bundle: the corners leave {np.sum(values <= OPEN * values[-1])} of "
+            f"bundle: the corners leave {np.sum(values <= MIN_EIGENVALUE_RATIO * values[-1])} of "
             f"{len(values)} unknowns open; let each stage show a grid in all knot "
             "intervals, and each grid be seen in two stages, or give a prior",
             code="open-coefficients",
@@ -189,11 +189,13 @@ def inverse_of(normal):
     return (vectors / values) @ vectors.T / np.outer(scale, scale)
 
 
-ROUNDS, STEPS, AT_REST, ROUNDING = 3, 30, 1e-7, 1e-12
+MAX_N_ROUNDS, MAX_N_STEPS, COST_TOL, ROUNDING_TOL = 3, 30, 1e-7, 1e-12
 # Corners that a misfit moves alike, so that it averages out less than noise. Chosen on
 # sheets by physics, smooth and uneven by 10 um, in other poses than any test's.
-ALIKE = 3.0
-FIRM = 3.0  # standard deviations by which residuals exceed noise before misfit is told
+MISFIT_CORRELATION = 3.0
+MISFIT_SIGMAS = (
+    3.0  # standard deviations by which residuals exceed noise before misfit is told
+)
 
 
 class StageView(NamedTuple):
@@ -308,7 +310,7 @@ class StageBundle(NamedTuple):
         p = normalised(self.cameras[stage].viewer, np.asarray(pixels, float))
         sides = ConvexHull(self.corners[stage]).equations
         with np.errstate(invalid="ignore"):
-            return np.all(p @ sides[:, :2].T + sides[:, 2] <= ROUNDING, axis=1)
+            return np.all(p @ sides[:, :2].T + sides[:, 2] <= ROUNDING_TOL, axis=1)
 
 
 def bundle_stages(
@@ -383,16 +385,16 @@ def bundle_stages(
 def _settled(seen, spaces, further, state, widening):
     """(problem, state, costs, converged): rounds until corners' weights rest."""
     costs = []
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         whiten = _whitening(seen, spaces, state, widening)
         problem = BundleProblem(seen, spaces, further, whiten)
         state, fell, converged = descend(
             problem.evaluate,
             moved,
             state,
-            iterations=STEPS,
-            tolerance=AT_REST,
-            rounding=ROUNDING * problem.count,
+            iterations=MAX_N_STEPS,
+            tolerance=COST_TOL,
+            rounding=ROUNDING_TOL * problem.count,
         )
         costs.extend(fell)
         # A round that hardly moves would whiten as it did.
@@ -413,10 +415,10 @@ def _widening(problem, state):
     variance, freedom = _variance(problem, views, state)
     every = np.ones(len(problem.spaces))
     if problem.seen[0].unknown_sd:
-        return every * max(variance, LEAST_SD_PX**2)
-    if variance <= 1 + FIRM * np.sqrt(2 / freedom):
+        return every * max(variance, MIN_SD_PX**2)
+    if variance <= 1 + MISFIT_SIGMAS * np.sqrt(2 / freedom):
         return every
-    widening = every + ALIKE * (variance - 1)
+    widening = every + MISFIT_CORRELATION * (variance - 1)
     first = [o for v, o in zip(problem.seen, views, strict=True) if v.stage == 0]
     if problem.spaces[0].directions.shape[1] and first:
         own = np.concatenate(first)
@@ -450,10 +452,10 @@ def _sightings(cameras, views, T):
         camera = cameras[stage]
         one = sighting(camera.viewer, view, f"bundle: view {k}")
         inside = camera.grid.inside(one.image)
-        if np.count_nonzero(inside) < FEWEST:
+        if np.count_nonzero(inside) < MIN_N_POSE_CORNERS:
             raise CalibrationError(
                 f"bundle: view {k}: {np.count_nonzero(inside)} of its corners lie "
-                f"within the knots of stage {stage}; at least {FEWEST} are needed",
+                f"within the knots of stage {stage}; at least {MIN_N_POSE_CORNERS} are needed",
                 code="too-few-corners",
             )
         rays = RayPoints(one.image[inside], camera.grid, camera.quantity)
@@ -598,7 +600,7 @@ def _misfit(problem, state, views):
         vectors = view.rays.residuals(c[view.stage], placed)
         found = np.sum((vectors / away[:, None]) ** 2, axis=1)
         # By noise alone the mean is 1, and its standard deviation 1 / sqrt(N).
-        mean, chance = np.mean(off**2), FIRM / np.sqrt(len(off))
+        mean, chance = np.mean(off**2), MISFIT_SIGMAS / np.sqrt(len(off))
         beyond = 1 - 1 / mean if mean > 1 + chance else 0.0
         squares[view.stage] += beyond * np.sum(found) / 2
         counts[view.stage] += len(off)

@@ -34,12 +34,15 @@ from raxel.geometry.spline_grids import SplineGrid, basis
 # ray.
 
 
-FEWEST = 3  # picks: a line and one that can contradict it
-ROUNDS, FAR = 10, 3.0  # fits of the line; scales beyond which a pick is left out
-LEAST_SCALE_PX = 0.02  # no pick is placed better
-CROOKED_PX = 2.0  # a straight edge leaves less, rms
-LEAST_CONTRAST = 0.02  # of the brightest grey, across an edge
-FIRM_MM, FIRM_RADIANS = 1e-3, 1e-5  # no clamp holds better
+MIN_N_PICKS = 3  # picks: a line and one that can contradict it
+MAX_N_LINE_FITS, OUTLIER_SCALES = (
+    10,
+    3.0,
+)  # fits of the line; scales beyond which a pick is left out
+MIN_SCALE_PX = 0.02  # no pick is placed better
+MAX_LINE_RMS_PX = 2.0  # a straight edge leaves less, rms
+MIN_CONTRAST = 0.02  # of the brightest grey, across an edge
+MIN_CLAMP_SD_MM, MIN_CLAMP_SD_RAD = 1e-3, 1e-5  # no clamp holds better
 
 
 class ClampLine(NamedTuple):
@@ -130,7 +133,7 @@ def edge_picks(picture, picks, reach=6.0):
     at = (steps[1:] + steps[:-1]) / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         off = weight @ at / weight.sum(axis=1)
-        clear = np.ptp(grey, axis=1) > LEAST_CONTRAST * picture.max()
+        clear = np.ptp(grey, axis=1) > MIN_CONTRAST * picture.max()
     return np.where(clear[:, None], picks + off[:, None] * across, np.nan)
 
 
@@ -154,26 +157,28 @@ def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
     Raises
     ------
     InputError
-        Fewer than FEWEST picks.
+        Fewer than MIN_N_PICKS picks.
     CalibrationError
         ``bent-clamp-line``: the picks do not lie on a line.
     """
     picks = np.asarray(picks, float)
     image = normalised(viewer, picks)
     finite = np.isfinite(image).all(axis=1)
-    _enough(picks[finite], FEWEST)
+    _enough(picks[finite], MIN_N_PICKS)
     scale = np.median(magnification(viewer, picks[finite]))
     used = finite.copy()
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_LINE_FITS):
         middle, along, across = _axes(image[used])
         off = (image - middle) @ across * scale
-        width = max(1.4826 * np.median(np.abs(off[finite])), LEAST_SCALE_PX)
-        kept = finite & (np.abs(np.nan_to_num(off, nan=np.inf)) <= FAR * width)
-        if np.array_equal(kept, used) or np.count_nonzero(kept) < FEWEST:
+        width = max(1.4826 * np.median(np.abs(off[finite])), MIN_SCALE_PX)
+        kept = finite & (
+            np.abs(np.nan_to_num(off, nan=np.inf)) <= OUTLIER_SCALES * width
+        )
+        if np.array_equal(kept, used) or np.count_nonzero(kept) < MIN_N_PICKS:
             break
         used = kept
     rms = float(np.sqrt(np.mean(off[used] ** 2)))
-    if 2 * np.count_nonzero(used) < np.count_nonzero(finite) or rms > CROOKED_PX:
+    if 2 * np.count_nonzero(used) < np.count_nonzero(finite) or rms > MAX_LINE_RMS_PX:
         raise CalibrationError(
             f"clamp: {np.count_nonzero(used)} of {np.count_nonzero(finite)} picks lie "
             f"on a line, within {rms:.1f} px (rms); pick points along one straight "
@@ -182,7 +187,7 @@ def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
         )
     reach = (image[used] - middle) @ along
     count = np.count_nonzero(used)
-    spread = max(rms, LEAST_SCALE_PX) / scale * np.sqrt(count / (count - 2))
+    spread = max(rms, MIN_SCALE_PX) / scale * np.sqrt(count / (count - 2))
     normal = across if across[0] > 0 or (across[0] == 0 and across[1] > 0) else -across
     return ClampLine(
         middle + np.outer([reach.min(), reach.max()], along),
@@ -247,7 +252,7 @@ def fixed_line(
     p = line.points(count)
     grid = camera.grid
     inside = grid.inside(p)
-    if np.count_nonzero(inside) < FEWEST:
+    if np.count_nonzero(inside) < MIN_N_PICKS:
         raise InputError(
             f"clamp: {np.count_nonzero(inside)} of {count} points of the line lie "
             "within the knots of the primary stage; include the line when the box of "
@@ -273,7 +278,7 @@ def beam_give(hidden, length, deflection):
 
 def _give(camera, p, u, line, hidden, length, deflection):
     """(mm, radians), (N,) each: standard deviations of the mirror at the line."""
-    firm = np.full(len(p), FIRM_MM), np.full(len(p), FIRM_RADIANS)
+    firm = np.full(len(p), MIN_CLAMP_SD_MM), np.full(len(p), MIN_CLAMP_SD_RAD)
     if not deflection:
         return firm
     # mm on the mirror for a unit of u; one side may lie beyond the knots.
@@ -410,8 +415,10 @@ def _plane_coefficients(grid, quantity, plane):
 
 
 # Of the largest singular value: equations below it are what noise makes of others.
-TRUNCATION = 1e-2
-OUTSIDE = "clamp: some of its points lie outside the knots; let the knots span them"
+TRUNCATION_TOL = 1e-2
+OUTSIDE_MESSAGE = (
+    "clamp: some of its points lie outside the knots; let the knots span them"
+)
 
 
 class Clamp(NamedTuple):
@@ -492,7 +499,9 @@ def clamp_of_camera(
 
 
 def clamped(
-    grid: SplineGrid, clamp: Clamp | FixedLine | None, truncation: float = TRUNCATION
+    grid: SplineGrid,
+    clamp: Clamp | FixedLine | None,
+    truncation: float = TRUNCATION_TOL,
 ) -> Subspace:
     """Return the subspace of a spline's coefficients that keep a clamp.
 
@@ -524,7 +533,7 @@ def clamped(
         return Subspace(np.zeros(grid.size), np.eye(grid.size))
     rows, values = _equations(grid, clamp)
     if not np.isfinite(rows).all():
-        raise CalibrationError(OUTSIDE, code="outside-knots")
+        raise CalibrationError(OUTSIDE_MESSAGE, code="outside-knots")
     U, size, Vt = np.linalg.svd(rows)
     rank = np.count_nonzero(size > truncation * size[0])
     particular = Vt[:rank].T @ ((U[:, :rank].T @ values) / size[:rank])
@@ -540,7 +549,7 @@ def soft_clamp(grid, clamp):
         return None
     b, b_x, b_y = grid.rows(clamp.points)
     if not np.isfinite(b).all():
-        raise CalibrationError(OUTSIDE, code="outside-knots")
+        raise CalibrationError(OUTSIDE_MESSAGE, code="outside-knots")
     if clamp.slopes is None:
         return PriorRows(b, clamp.values, clamp.value_sd)
     u = clamp.u

@@ -7,7 +7,7 @@ photograph of the platter too many, or of the viewer's boards, is left out and n
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp import FEWEST, clamp_line, edge_picks
+from raxel.calibration.mirror.clamp import MIN_N_PICKS, clamp_line, edge_picks
 from raxel.calibration.mirror.observations import (
     labelled_like,
     lattice_of,
@@ -27,12 +27,12 @@ from raxel.features.grids import decode_grids
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, ImageSet
 
-FEWEST_BOARDS = 3  # of the viewer, by Zhang's method
-PICKS = 15  # along the clamp's edge
+MIN_N_BOARDS = 3  # of the viewer, by Zhang's method
+N_PICKS = 15  # along the clamp's edge
 # Standard deviations of a pick that the edge may lie from the line through the picks.
-ASTRAY = 3.0
+MAX_EDGE_OFFSET_SIGMAS = 3.0
 # Two pictures of a board lie nearer in one order than in any other by this much.
-CLEARLY = 0.7
+MAX_ORDER_RATIO = 0.7
 
 
 def mirror_views(mirror_set, say=None):
@@ -72,7 +72,7 @@ def ordered_like(before, after):
     sd = None if after.sd is None else after.sd[best]
     first, second = sorted(off)[:2]
     ordered = after._replace(pixels=after.pixels[best], sd=sd)
-    return ordered, bool(first < CLEARLY * second)
+    return ordered, bool(first < MAX_ORDER_RATIO * second)
 
 
 def clamp_picks(mirror_set, viewer):
@@ -81,12 +81,12 @@ def clamp_picks(mirror_set, viewer):
     given = np.array(mirror_set.clamp.points)
     sd, hidden = mirror_set.clamp.sd_px, mirror_set.clamp.hidden_mm
     between = _between(given)
-    if len(given) < FEWEST:
-        given = between[:: PICKS // 2]
+    if len(given) < MIN_N_PICKS:
+        given = between[:: N_PICKS // 2]
     told = ClampPicks(given, sd, hidden)
     near = edge_picks(_lit(mirror_set.grids), between, reach=max(4.0, 4 * sd))
     near = near[np.isfinite(near[:, 0])]
-    if len(near) < PICKS // 2:
+    if len(near) < N_PICKS // 2:
         return told
     try:
         line, by_hand = clamp_line(viewer, near), clamp_line(viewer, given)
@@ -96,17 +96,17 @@ def clamp_picks(mirror_set, viewer):
     across = np.array([np.cos(by_hand.angle), np.sin(by_hand.angle)])
     scale = np.median(magnification(viewer, near))
     off = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
-    if abs(np.mean(off)) > ASTRAY * sd or line.rms_px > max(sd, 0.5):
+    if abs(np.mean(off)) > MAX_EDGE_OFFSET_SIGMAS * sd or line.rms_px > max(sd, 0.5):
         return told
     return ClampPicks(near, line.rms_px, hidden)
 
 
 def _between(given):
-    """PICKS points (n, 2) spread over the line through given points (N, 2)."""
+    """N_PICKS points (n, 2) spread over the line through given points (N, 2)."""
     along = np.linalg.svd(given - given.mean(axis=0), full_matrices=False)[2][0]
     place = given @ along
     order = np.argsort(place)
-    wanted = np.linspace(place.min(), place.max(), PICKS)
+    wanted = np.linspace(place.min(), place.max(), N_PICKS)
     return np.column_stack(
         [np.interp(wanted, place[order], given[order, k]) for k in range(2)]
     )
@@ -134,10 +134,10 @@ def _viewer(mirror_set, say):
             )
         return camera, ()
     views, missed = _found(mirror_set.viewer, say)
-    if len(views) < FEWEST_BOARDS:
+    if len(views) < MIN_N_BOARDS:
         raise InputError(
             f"{mirror_set.viewer.description}: views: board found in {len(views)} of "
-            f"{len(views) + len(missed)} images, the viewer needs {FEWEST_BOARDS}"
+            f"{len(views) + len(missed)} images, the viewer needs {MIN_N_BOARDS}"
             f"{_first(missed)}"
         )
     try:

@@ -34,8 +34,8 @@ from raxel.sets.model import Chessboard
 # Their errors are told in pixels, by the local magnification of the camera.
 
 
-MIN_POSE_CORNERS = 6  # corners: a pose's six numbers from twelve
-LEAST_SD_PX = 1e-3  # no corner is known better, also where it is true by construction
+MIN_N_POSE_CORNERS = 6  # corners: a pose's six numbers from twelve
+MIN_SD_PX = 1e-3  # no corner is known better, also where it is true by construction
 
 
 class Sighting(NamedTuple):
@@ -113,21 +113,21 @@ def magnification(viewer: Camera, pixels: ArrayLike) -> NDArray[np.float64]:
 def sighting(viewer, view, name):
     """Sighting of the corners of a view that were found and have a viewing ray.
 
-    Raises CalibrationError for fewer than FEWEST.
+    Raises CalibrationError for fewer than MIN_N_POSE_CORNERS.
     """
     pixels, points = np.asarray(view.pixels, float), np.asarray(view.points, float)
     sd = np.full(len(pixels), np.nan) if view.sd is None else np.asarray(view.sd, float)
     image = normalised(viewer, pixels)
     found = np.isfinite(image).all(axis=1)
-    if np.count_nonzero(found) < MIN_POSE_CORNERS:
+    if np.count_nonzero(found) < MIN_N_POSE_CORNERS:
         raise CalibrationError(
             f"{name}: found {np.count_nonzero(found)} corners; at least "
-            f"{MIN_POSE_CORNERS} are needed",
+            f"{MIN_N_POSE_CORNERS} are needed",
             code="too-few-corners",
         )
     scale = magnification(viewer, pixels[found])
     return Sighting(
-        image[found], scale, points[found], np.maximum(sd[found], LEAST_SD_PX)
+        image[found], scale, points[found], np.maximum(sd[found], MIN_SD_PX)
     )
 
 
@@ -169,7 +169,7 @@ def other_tilt(T_camera_grid, points):
 # m.m + (V . m) / m.m I - 2 (V . m) / (m.m)^2 m m^T]
 
 
-STEP = 1e-6  # of normalised image coordinates, for the change with the viewing ray
+RAY_STEP = 1e-6  # of normalised image coordinates, for the change with the viewing ray
 
 
 class RayPoints:
@@ -250,7 +250,7 @@ class RayPoints:
 
         The difference is one-sided where the other side lies outside the box.
         """
-        shifts = STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        shifts = RAY_STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
         ends = (self.p + shifts[:, None]).reshape(-1, 2)
         stay = np.tile(self.p, (4, 1))
         ends = np.where(self.grid.inside(ends)[:, None], ends, stay)
@@ -292,10 +292,10 @@ def _dot(a, b):
 
 
 # Powers of a cubic in two coordinates.
-CUBIC = [(i, j) for i in range(4) for j in range(4 - i)]
-ROUNDS, SETTLED = 30, 1e-2
+CUBIC_EXPONENTS = [(i, j) for i in range(4) for j in range(4 - i)]
+MAX_N_ROUNDS, MEDIAN_TOL = 30, 1e-2
 # Beyond this many medians of the right ones, and px, a feature is wrong.
-FAR, LEAST_PX = 6.0, 8.0
+OUTLIER_MEDIANS, MIN_OUTLIER_PX = 6.0, 8.0
 
 
 def wrong_matches(points, pixels):
@@ -306,12 +306,12 @@ def wrong_matches(points, pixels):
     """
     shown = np.isfinite(pixels).all(axis=1)
     wrong = np.zeros(len(points), bool)
-    if np.count_nonzero(shown) < 2 * len(CUBIC):
+    if np.count_nonzero(shown) < 2 * len(CUBIC_EXPONENTS):
         return wrong
     x, y = _centred(points[shown]).T
-    A = np.stack([x**i * y**j for i, j in CUBIC], axis=1)
+    A = np.stack([x**i * y**j for i, j in CUBIC_EXPONENTS], axis=1)
     off = _least_distances(A, pixels[shown])
-    wrong[shown] = off > max(FAR * np.median(off), LEAST_PX)
+    wrong[shown] = off > max(OUTLIER_MEDIANS * np.median(off), MIN_OUTLIER_PX)
     return wrong
 
 
@@ -319,13 +319,13 @@ def _least_distances(A, pixels):
     """Distances (N,) px from the polynomial whose sum of distances is least, by
     reweighted squares."""
     weights, median = np.ones(len(A)), np.inf
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         normal = A.T * weights
         coefficients = np.linalg.solve(normal @ A, normal @ pixels)
         off = np.linalg.norm(pixels - A @ coefficients, axis=1)
         weights = 1 / np.maximum(off, 0.1)
         last, median = median, np.median(off)
-        if abs(last - median) <= SETTLED * median:
+        if abs(last - median) <= MEDIAN_TOL * median:
             break
     return off
 
@@ -342,7 +342,7 @@ def _centred(points):
 
 
 # Of the outermost interval: with less of it reached, the edge is a guess.
-LEAST_REACH = 0.6
+MIN_REACH = 0.6
 ENDS = (("u", 0, "first"), ("u", -1, "last"), ("v", 0, "first"), ("v", -1, "last"))
 
 
@@ -372,7 +372,7 @@ class Support(NamedTuple):
         return [
             f"the {place} knot interval along {axis} ({100 * share:.0f} % of it)"
             for (axis, _, place), share in zip(ENDS, self.reach, strict=True)
-            if 0 < share < LEAST_REACH
+            if 0 < share < MIN_REACH
         ]
 
 
@@ -453,21 +453,21 @@ def _unsupported_axes(support, clamp_at):
     poor = {
         "uv".index(axis)
         for (axis, end, _), share in zip(ENDS, support.reach, strict=True)
-        if (axis, end) != clamp_at and (counts[axis][end] == 0 or share < LEAST_REACH)
+        if (axis, end) != clamp_at and (counts[axis][end] == 0 or share < MIN_REACH)
     }
     return sorted(poor)
 
 
 # Fewest corners of a picture, three for each number of a quadratic.
-MIN_LATTICE_CORNERS = 18
+MIN_N_LATTICE_CORNERS = 18
 # Steps of the lattice by which places at the clamp may differ between the pictures, and
 # by which they must differ in any other labelling. On both geometries of chapter 5, 24
 # runs of three deflections of 5 mm: 0.3 at most, and 0.9 at least.
-STILL, OTHERS = 0.4, 0.7
+MAX_CLAMP_SHIFT, MIN_OTHER_SHIFT = 0.4, 0.7
 # Room for lattices on a common one, in boards.
-ROOM = 3
+LATTICE_BOARDS = 3
 # A lattice may be turned by right angles, and turned over (rows with columns).
-TURNS = tuple(
+LATTICE_SYMMETRIES = tuple(
     np.array([[a, b], [c, d]])
     for a, b, c, d in product((-1, 0, 1), repeat=4)
     if abs(a * d - b * c) == 1 and abs(a) + abs(b) + abs(c) + abs(d) == 2
@@ -521,17 +521,17 @@ def labelled_like(
         the labelling is ambiguous.
     """
     fewest = min(len(before.corners), len(after.corners))
-    if fewest < MIN_LATTICE_CORNERS:
+    if fewest < MIN_N_LATTICE_CORNERS:
         raise InputError(
             f"{name}: a picture shows {fewest} corners of the board; at least "
-            f"{MIN_LATTICE_CORNERS} are needed to tell which is which",
+            f"{MIN_N_LATTICE_CORNERS} are needed to tell which is which",
             code="too-few-corners",
         )
     (there, hand), (places, other_hand) = (
         _run_on(partial, clamp) for partial in (before, after)
     )
     found = []
-    for turn in TURNS:
+    for turn in LATTICE_SYMMETRIES:
         if np.linalg.det(turn) * other_hand * hand < 0:
             continue
         apart = there - places @ turn
@@ -539,7 +539,7 @@ def labelled_like(
         gap = np.linalg.norm(apart - shift, axis=1).max()
         found.append((gap, after.indices @ turn + shift))
     found.sort(key=lambda one: one[0])
-    if found[0][0] > STILL or found[1][0] < OTHERS:
+    if found[0][0] > MAX_CLAMP_SHIFT or found[1][0] < MIN_OTHER_SHIFT:
         raise InputError(
             f"{name}: it cannot be told which corner of the board is which after the "
             "deflection; use a smaller one, or show the board up to the clamp",
@@ -553,7 +553,7 @@ def on_one_lattice(
 ) -> list[BoardView]:
     """Return views of lattices that are labelled alike, all with the same corners.
 
-    The lattice is ROOM of the chessboard's sides wide, with the first partial in its
+    The lattice is LATTICE_BOARDS of the chessboard's sides wide, with the first partial in its
     middle.
 
     Parameters
@@ -575,7 +575,7 @@ def on_one_lattice(
     InputError
         ``corners-not-matched``: a partial reaches beyond the lattice.
     """
-    side = ROOM * max(board.columns, board.rows)  # type: ignore[operator, type-var]
+    side = LATTICE_BOARDS * max(board.columns, board.rows)  # type: ignore[operator, type-var]
     first = partials[0].indices
     origin = (first.min(axis=0) + first.max(axis=0) - side) // 2
     row, column = np.divmod(np.arange(side * side), side)
@@ -585,7 +585,7 @@ def on_one_lattice(
         at = partial.indices - origin
         if at.min() < 0 or at.max() >= side:
             raise InputError(
-                f"{name}: its corners are {ROOM // 2} boards away from those of "
+                f"{name}: its corners are {LATTICE_BOARDS // 2} boards away from those of "
                 f"{names[0]}; use smaller deflections",
                 code="corners-not-matched",
             )

@@ -50,9 +50,9 @@ from raxel.geometry.poses import vector_from_rotation
 
 
 # Pixels beyond this many medians, or px where the median is less, are wrong.
-FAR, LEAST_PX, ROUNDS = 6.0, 0.5, 10
+OUTLIER_MEDIANS, MIN_OUTLIER_PX, MAX_N_ROUNDS = 6.0, 0.5, 10
 # More than this share is not left out in silence.
-MOST_WRONG = 0.25
+MAX_OUTLIER_FRACTION = 0.25
 
 
 def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseView:
@@ -82,15 +82,15 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
     scale = np.full(len(pixels), np.nan)
     scale[seen] = magnification(viewer, pixels[seen])
     right = seen & ~wrong_matches(view.points, pixels)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         H = homography_dlt(view.points[right], image[right])
         off = scale * np.linalg.norm(apply_homography(H, view.points) - image, axis=1)
-        fits = off <= max(FAR * np.median(off[right]), LEAST_PX)
+        fits = off <= max(OUTLIER_MEDIANS * np.median(off[right]), MIN_OUTLIER_PX)
         if np.array_equal(fits, right):
             break
         right = fits
     left, whole = np.count_nonzero(seen & ~right), np.count_nonzero(seen)
-    if left > MOST_WRONG * whole:
+    if left > MAX_OUTLIER_FRACTION * whole:
         raise CalibrationError(
             f"{view.name}: {left} of {whole} pixels do not see a flat monitor in a "
             "flat mirror; photograph its patterns anew, with nothing moved",
@@ -103,11 +103,11 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
     )
 
 
-MAX_STEPS, AT_REST = 50, 1e-12
+MAX_N_STEPS, COST_TOL = 50, 1e-12
 ROUNDING_PX = 1e-9
 # px: a fit of right correspondences leaves less than this, or less than so many of
 # their standard deviations where these are known and larger.
-LARGEST_RMS_PX, LARGEST_RMS_SD = 5.0, 3.0
+MAX_RMS_PX, MAX_RMS_SIGMAS = 5.0, 3.0
 
 
 class PlatterPicture(NamedTuple):
@@ -304,7 +304,7 @@ def grid_poses_in_platter(
         The numbers have a gap.
     CalibrationError
         ``too-few-corners``: too few corners. ``image-before-mirror``: the grid was not
-        seen in the mirror. ``poses-misfit``: the fit leaves LARGEST_RMS_PX.
+        seen in the mirror. ``poses-misfit``: the fit leaves MAX_RMS_PX.
 
     References
     ----------
@@ -324,8 +324,8 @@ def grid_poses_in_platter(
         problem.evaluate,
         problem.moved,
         problem.start(),
-        iterations=MAX_STEPS,
-        tolerance=AT_REST,
+        iterations=MAX_N_STEPS,
+        tolerance=COST_TOL,
         rounding=problem.rows * ROUNDING_PX**2,
     )
     return problem.result(state, costs[-1])
@@ -462,7 +462,7 @@ class _Problem(NamedTuple):
         expected = 0.0
         if not self.boards[0].unknown_sd:
             expected = np.sqrt(2 * np.mean(sd**2))
-        if not rms_px <= max(LARGEST_RMS_PX, LARGEST_RMS_SD * expected):
+        if not rms_px <= max(MAX_RMS_PX, MAX_RMS_SIGMAS * expected):
             raise CalibrationError(
                 f"platter: the corners lie {rms_px:.1f} px (rms) from where the poses "
                 "put them; check that corners are matched, and that platter and grid "

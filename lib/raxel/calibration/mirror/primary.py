@@ -52,12 +52,12 @@ from raxel.geometry.spline_grids import spline_grid
 
 
 # Sine of the angle between viewing ray and scene ray below which they fix no point.
-GRAZING = 0.02
+MIN_RAY_ANGLE_SINE = 0.02
 # mm, mean: rays of one mirror pass each other more closely than this.
-LARGEST_MISS = 20.0
+MAX_MISS_MM = 20.0
 # Points of the grids beyond this many medians are wrong, where no median is less, mm;
 # more than this share is not left out in silence.
-FAR, LEAST_MM, ROUNDS, MOST_WRONG = 6.0, 0.01, 6, 0.25
+OUTLIER_MEDIANS, MIN_OUTLIER_MM, MAX_N_ROUNDS, MAX_OUTLIER_FRACTION = 6.0, 0.01, 6, 0.25
 
 
 class MirrorPoints(NamedTuple):
@@ -109,7 +109,7 @@ def mirror_points(viewing: NDArray[np.float64], rays: KnownMotionRays) -> Mirror
         along_v, along_d = np.sum(viewing * o, axis=1), np.sum(d * o, axis=1)
         a = (along_v - cosine * along_d) / square
         b = (cosine * along_v - along_d) / square
-        valid = rays.valid & (square > GRAZING**2) & (a > 0) & np.isfinite(a)
+        valid = rays.valid & (square > MIN_RAY_ANGLE_SINE**2) & (a > 0) & np.isfinite(a)
     keep = valid[:, None]
     first, second = a[:, None] * viewing, o + b[:, None] * d
     # The grid's point is ahead of the mirror's: b < 0 if the ray runs away from it.
@@ -147,7 +147,7 @@ def robust_start(seen, given, T, spline, span):
     """
     every = [seen] if given is None else [seen, given]
     wrong = [[_off_the_smooth(*grid) for grid in one] for one in every]
-    for left in reversed(range(ROUNDS + 1)):
+    for left in reversed(range(MAX_N_ROUNDS + 1)):
         kept = [_without(*pair) for pair in zip(every, wrong, strict=True)]
         sighted = [_known(*grid) for grid in kept[-1]]
         start = _linear_stage(kept[0], sighted, T, spline, span)
@@ -159,7 +159,7 @@ def robust_start(seen, given, T, spline, span):
         wrong = found
     whole = sum(len(_known(*grid)[0]) for grid in every[-1])
     out = whole - sum(len(xy) for _, xy in sighted)
-    if out > MOST_WRONG * whole:
+    if out > MAX_OUTLIER_FRACTION * whole:
         raise CalibrationError(
             f"primary calibration: {out} of {whole} points of the grids do not fit the "
             "others; photograph the grids anew, with nothing moved",
@@ -201,7 +201,7 @@ def _far(start, seen, wrong, T, quantity):
         gap = rays.residuals(start.coefficients, placed_points(xy[there], pose))
         off[there] = np.linalg.norm(gap, axis=1)
         found.append(off)
-    limit = FAR * max(np.nanmedian(np.concatenate(found)), LEAST_MM)
+    limit = OUTLIER_MEDIANS * max(np.nanmedian(np.concatenate(found)), MIN_OUTLIER_MM)
     return [
         np.where(np.isfinite(off), off > limit, before)
         for off, before in zip(found, wrong, strict=True)
@@ -239,7 +239,7 @@ def _check_meeting(mirror):
             code="rays-do-not-meet",
         )
     miss = np.mean(mirror.misses[mirror.valid])
-    if miss > LARGEST_MISS:
+    if miss > MAX_MISS_MM:
         raise CalibrationError(
             f"primary calibration: scene rays pass viewing rays by {miss:.0f} mm on "
             "average; check the grids' poses and which pose belongs to which view",
@@ -247,10 +247,12 @@ def _check_meeting(mirror):
         )
 
 
-SAMPLES = 1000  # pixels, about, that see all positions, as many as in the thesis
-STEPS, AT_REST, ROUNDING_MM = 50, 1e-10, 1e-10
+N_PIXELS_PER_VIEW = (
+    1000  # pixels, about, that see all positions, as many as in the thesis
+)
+MAX_N_STEPS, COST_TOL, ROUNDING_MM = 50, 1e-10, 1e-10
 # Of the largest: a combination of coefficients that the points leave open.
-OPEN = 1e-14
+MIN_EIGENVALUE_RATIO = 1e-14
 
 
 class PrimaryCalibration(NamedTuple):
@@ -353,7 +355,9 @@ def calibrate_primary(
     views = list(views)
     _check_views(views, _poses(poses)[0])
     filled = [interpolated_view(view, "by need")[0] for view in views]
-    seen = sample_boards(filled, viewer.width, viewer.height, SAMPLES * len(views))
+    seen = sample_boards(
+        filled, viewer.width, viewer.height, N_PIXELS_PER_VIEW * len(views)
+    )
     sighted = [_refining_points(view, seen, k) for k, view in enumerate(views)]
     spline = {"shape": shape, "degree": degree, "angle": angle, "quantity": quantity}
     pixels = seen.pixels.astype(float)
@@ -457,15 +461,16 @@ def _refined(grid, quantity, start, sighted, T, pose_covariance):
         evaluate,
         np.add,
         start,
-        iterations=STEPS,
-        tolerance=AT_REST,
+        iterations=MAX_N_STEPS,
+        tolerance=COST_TOL,
         rounding=len(image) * ROUNDING_MM**2,
     )
     J = rays.jacobian(c, targets).reshape(-1, len(c))
     normal = J.T @ J
     size = np.sqrt(np.diag(normal))
     if not (
-        size.min() > 0 and np.linalg.cond(normal / np.outer(size, size)) < 1 / OPEN
+        size.min() > 0
+        and np.linalg.cond(normal / np.outer(size, size)) < 1 / MIN_EIGENVALUE_RATIO
     ):
         raise CalibrationError(
             f"primary calibration: {len(image)} points leave some of {grid.size} "

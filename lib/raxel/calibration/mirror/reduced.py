@@ -35,7 +35,7 @@ from raxel.geometry.least_squares import descend, gauss_newton
 # change with the coefficients.
 
 
-NEWTON_STEPS = 50
+MAX_N_NEWTON_STEPS = 50
 
 
 class _Curve:
@@ -268,7 +268,7 @@ class HeightCurve(_Curve):
         foot = self.foot @ self.direction, self.foot @ self._upright
         with np.errstate(divide="ignore", invalid="ignore"):
             D = foot[1] / across
-            for _ in range(NEWTON_STEPS):
+            for _ in range(MAX_N_NEWTON_STEPS):
                 height, slope = self._height(D * along - foot[0])
                 step = (D * across - foot[1] - height) / (across - slope * along)
                 D = D - step
@@ -480,12 +480,12 @@ def _powers(s):
     return b, np.stack([none, one, 2 * s, 3 * s**2], axis=1)
 
 
-LEAST_FEATURES = 4
+MIN_N_FEATURES = 4
 """The clamp leaves three unknowns; one more feature can tell a misfit."""
-LEAST_REACH = 1 / 3
+MIN_REACH = 1 / 3
 """Of the way from clamp to free edge, to the outermost feature: beyond three times as
 far as it was measured, the end of a cubic is a guess."""
-FIRST_TURNS = 120
+N_START_ANGLES = 120
 """Directions of a row of points that are tried, 3 degrees apart."""
 
 
@@ -590,10 +590,10 @@ def calibrate_reduced(
             raise CalibrationError(
                 "reduced mirror: found values that are not finite", code="not-finite"
             )
-    if len(np.unique(u)) < LEAST_FEATURES:
+    if len(np.unique(u)) < MIN_N_FEATURES:
         raise CalibrationError(
             f"reduced mirror: found {len(np.unique(u))} different features seen before "
-            f"and after; give {LEAST_FEATURES} or more, spread from clamp to free edge",
+            f"and after; give {MIN_N_FEATURES} or more, spread from clamp to free edge",
             code="too-few-features",
         )
     linear = linear_reduced(before, u, scene_rays, clamp)
@@ -812,7 +812,7 @@ def place_row(
 
 def _first_row(origins, directions, across, places):
     """Foot and angle (3,) of the best row tried that lies in front of its rays."""
-    angles = np.linspace(0, 2 * np.pi, FIRST_TURNS, endpoint=False)
+    angles = np.linspace(0, 2 * np.pi, N_START_ANGLES, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles)])
     sides = dot(across, origins)[:, None] - places[:, None] * (across @ ways)
     Q, R = np.linalg.qr(across)
@@ -862,10 +862,10 @@ def _reach(curve, u):
             "edge (1); check the edges, and which picture was taken before",
             code="outside-mirror",
         )
-    if way.max() < LEAST_REACH:
+    if way.max() < MIN_REACH:
         raise CalibrationError(
             f"reduced mirror: the features reach {way.max():.0%} of the way from clamp "
-            f"to free edge; have some beyond {LEAST_REACH:.0%}",
+            f"to free edge; have some beyond {MIN_REACH:.0%}",
             code="short-reach",
         )
     return float(way.max())

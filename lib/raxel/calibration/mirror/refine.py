@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.clamp import (
-    TRUNCATION,
+    TRUNCATION_TOL,
     Clamp,
     FixedLine,
     PriorRows,
@@ -27,10 +27,10 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.spline_grids import SplineGrid
 
-ITERATIONS, AT_REST = 50, 1e-7
-ROUNDING = 1e-9  # standard deviations: residuals of points that fit exactly
+MAX_N_STEPS, COST_TOL = 50, 1e-7
+ROUNDING_SIGMAS = 1e-9  # standard deviations: residuals of points that fit exactly
 # Of the normal matrix's largest eigenvalue, after scaling: below it is nothing.
-OPEN = 1e-13
+MIN_EIGENVALUE_RATIO = 1e-13
 
 
 class ShapeFit(NamedTuple):
@@ -76,7 +76,7 @@ def refine_shape(
     weights: ArrayLike | None = None,
     point_motion: NDArray[np.float64] | None = None,
     pose_covariance: NDArray[np.float64] | None = None,
-    truncation: float = TRUNCATION,
+    truncation: float = TRUNCATION_TOL,
 ) -> ShapeFit:
     """Fit a spline mirror to points seen in its rays.
 
@@ -156,9 +156,9 @@ def refine_shape(
         evaluate,
         lambda free, step: free + step,
         free,
-        iterations=ITERATIONS,
-        tolerance=AT_REST,
-        rounding=ROUNDING**2 * len(p),
+        iterations=MAX_N_STEPS,
+        tolerance=COST_TOL,
+        rounding=ROUNDING_SIGMAS**2 * len(p),
     )
     c = space.coefficients(free)
     jacobian = rays.jacobian(c, points)
@@ -237,9 +237,9 @@ def stacked(parts, size):
 def _inverse(normal, count, grid):
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     eigen, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
-    if not eigen[0] > OPEN * eigen[-1]:
+    if not eigen[0] > MIN_EIGENVALUE_RATIO * eigen[-1]:
         raise CalibrationError(
-            f"mirror shape: {count} features leave {np.sum(eigen <= OPEN * eigen[-1])}"
+            f"mirror shape: {count} features leave {np.sum(eigen <= MIN_EIGENVALUE_RATIO * eigen[-1])}"
             f" of {grid.size} coefficients open; give features in all knot intervals, "
             "fewer knots, or a prior",
             code="open-coefficients",
@@ -256,7 +256,7 @@ def _inverse(normal, count, grid):
 
 
 # Of the largest singular value: what is below says nothing but rounding.
-RANK = 1e-10
+RANK_TOL = 1e-10
 
 
 def reflection_normals(
@@ -379,7 +379,7 @@ def shape_up_to_scale(
     A = orthogonality_rows(p, normals, grid, quantity)
     scale = _column_lengths(A) if equilibrate else np.ones(grid.size)
     _, size, Vt = np.linalg.svd(A / scale, full_matrices=len(A) < grid.size)
-    rank = np.count_nonzero(size > RANK * size[0])
+    rank = np.count_nonzero(size > RANK_TOL * size[0])
     if rank < grid.size - 1:
         raise CalibrationError(
             f"mirror shape: {len(p)} directions leave {grid.size - rank} of {grid.size}"
@@ -428,7 +428,7 @@ def shape_with_clamp(
     quantity: str,
     clamp: Clamp | FixedLine | None,
     *,
-    truncation: float = TRUNCATION,
+    truncation: float = TRUNCATION_TOL,
     further: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
 ) -> NDArray[np.float64]:
     """Estimate the coefficients from normals and a clamp, by least squares.
@@ -475,7 +475,7 @@ def shape_with_clamp(
     M = A @ space.directions
     scale = _column_lengths(M)
     gap = values - A @ space.particular
-    free, _, rank, _ = np.linalg.lstsq(M / scale, gap, rcond=RANK)
+    free, _, rank, _ = np.linalg.lstsq(M / scale, gap, rcond=RANK_TOL)
     if rank < M.shape[1]:
         raise CalibrationError(
             f"mirror shape: {len(p)} directions and the clamp leave "
@@ -503,13 +503,13 @@ def _unit(vectors):
 
 
 # Standard deviations of rays at the knots, degrees: flagged, and refused.
-UNCERTAIN_DEG, OPEN_DEG = 0.3, 5.0
-# By how much rays at an end turn where a prior of EVEN_MM is put upon the shape, mean
-# over ALONG places, degrees: flagged, and refused. Chosen on seeds that judge nothing,
+WARN_SD_DEG, MAX_SD_DEG = 0.3, 5.0
+# By how much rays at an end turn where a prior of PRIOR_MM is put upon the shape, mean
+# over N_EDGE_POINTS places, degrees: flagged, and refused. Chosen on seeds that judge nothing,
 # geometries A and B on both benches. There each of the 17 ends whose rays were 1.5
 # degrees off or more, on average, is flagged, and each of the 14 beyond 2 refused.
-UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
-EVEN_MM, ALONG = 0.1, 5
+WARN_SWING_DEG, MAX_SWING_DEG = 3.0, 5.0
+PRIOR_MM, N_EDGE_POINTS = 0.1, 5
 
 
 def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
@@ -540,12 +540,12 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
         f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
         "degrees"
     )
-    if not sd[worst] < OPEN_DEG:
+    if not sd[worst] < MAX_SD_DEG:
         raise CalibrationError(
             f"mirror shape: {text}; give features there, fewer knots, or a prior",
             code="uncertain-shape",
         )
-    return [text] if sd[worst] > UNCERTAIN_DEG else []
+    return [text] if sd[worst] > WARN_SD_DEG else []
 
 
 def swinging_ends(turns, limit_deg):
@@ -566,7 +566,7 @@ def swinging_ends(turns, limit_deg):
                 "knots, or a prior, and see that board, viewer and clamp stayed",
                 code="swinging-end",
             )
-        if turn > UNEVEN_DEG:
+        if turn > WARN_SWING_DEG:
             flags.append(f"{text}; few features")
     return flags
 
@@ -586,15 +586,17 @@ def turns_if_even(grid, quantity, coefficients, covariance, evenly):
         return {}
     places = grid.unturned(np.concatenate([_along(grid, end) for end in ends]))
     change = RayPoints(places, grid, quantity).direction_jacobian(coefficients) @ step
-    angles = np.degrees(np.linalg.norm(change, axis=1)).reshape(len(ends), ALONG)
+    angles = np.degrees(np.linalg.norm(change, axis=1)).reshape(
+        len(ends), N_EDGE_POINTS
+    )
     return dict(zip(ends, angles.mean(axis=1), strict=True))
 
 
 def _along(grid, end):
-    """ALONG places (n, 2) of the knots' box, turned, along one of its ends."""
+    """N_EDGE_POINTS places (n, 2) of the knots' box, turned, along one of its ends."""
     axis, place = "uv".index(end[0]), end[1]
     other = grid.breaks[1 - axis]
-    found = np.empty((ALONG, 2))
+    found = np.empty((N_EDGE_POINTS, 2))
     found[:, axis] = grid.breaks[axis][place]
-    found[:, 1 - axis] = np.linspace(other[0], other[-1], ALONG)
+    found[:, 1 - axis] = np.linspace(other[0], other[-1], N_EDGE_POINTS)
     return found

@@ -31,9 +31,9 @@ from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.spline_grids import spline_grid
 
-FEWEST = 12  # matches, for the coefficients that a clamp leaves open
+MIN_N_MATCHES = 12  # matches, for the coefficients that a clamp leaves open
 # Rays more nearly parallel than this determine no point, radians.
-LEAST_ANGLE = 1e-5
+MIN_RAY_ANGLE_RAD = 1e-5
 
 
 class SelfUpdate(NamedTuple):
@@ -100,10 +100,10 @@ def linear_update(
     _check_given(pixels_before, pixels_after, clamp, outline)
     rays, p = before.rays(pixels_before), normalised(before.viewer, pixels_after)
     used = rays.valid & np.isfinite(p).all(axis=1)
-    if np.count_nonzero(used) < FEWEST:
+    if np.count_nonzero(used) < MIN_N_MATCHES:
         raise CalibrationError(
             f"self-calibration: {np.count_nonzero(used)} features are matched; "
-            f"{FEWEST} or more are needed",
+            f"{MIN_N_MATCHES} or more are needed",
             code="too-few-features",
         )
     p = p[used]
@@ -181,5 +181,5 @@ def met_points(
         s = (by_d - cosine * by_e) / sine
         t = (cosine * by_d - by_e) / sine
         points = (o + s[:, None] * d + q + t[:, None] * e) / 2
-        ahead = (s > 0) & (t > 0) & (sine > LEAST_ANGLE**2)
+        ahead = (s > 0) & (t > 0) & (sine > MIN_RAY_ANGLE_RAD**2)
     return points, ahead

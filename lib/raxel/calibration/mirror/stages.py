@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from raxel.calibration.mirror.bundle import StageBundle, StageView, bundle_stages
 from raxel.calibration.mirror.clamp import ClampLine, clamp_line, fixed_line
 from raxel.calibration.mirror.observations import (
-    LEAST_REACH,
+    MIN_REACH,
     magnification,
     normalised,
     wrong_matches,
@@ -37,20 +37,20 @@ from raxel.errors import CalibrationError, InputError
 
 
 # mm between two places of the monitor: nearer, they are one, or tell of no directions.
-NEAREST_MM = 10.0
+MIN_MONITOR_SHIFT_MM = 10.0
 # The least share of pixels that see another point of the monitor in its other place,
 # and by how many mm another.
-OTHERS, OTHER_MM = 0.5, 1.0
+MIN_CHANGED_FRACTION, CHANGED_MM = 0.5, 1.0
 # How far the clamp's line may lie outside what sees the monitor, and how much of that
 # may lie beyond the line, and beyond one that stands in for a hidden clamp: shares of
 # its extent along u, and of its pixels.
-OUTSIDE, BEYOND, BEYOND_HIDDEN = 0.1, 0.02, 0.15
+MAX_CLAMP_GAP, MAX_BEYOND_CLAMP, MAX_BEYOND_HIDDEN_CLAMP = 0.1, 0.02, 0.15
 # Mean angles that residuals of a stage stand for. Smooth sheets leave 0.015 degrees. Of
 # a board that was moved the shape takes up most: 6 mm, 260 mm before the mirror, leave
 # 0.015 to 0.06, and a millimetre cannot be told from a bend.
-LARGE_DEG, WRONG_DEG = 0.02, 0.25
+WARN_RESIDUAL_DEG, MAX_RESIDUAL_DEG = 0.02, 0.25
 # Of the first shape's picture along u: a stage that shows less says so.
-MOST_OF_IT = 0.8
+MIN_SPAN_FRACTION = 0.8
 
 
 def check_apart(poses, grids):
@@ -61,7 +61,7 @@ def check_apart(poses, grids):
     middle = np.mean(grids[0].points[np.isfinite(grids[0].pixels[:, 0])], axis=0)
     for first, second in _pairs(grids):
         moved = poses.motion(first, second, middle).distance
-        if moved < NEAREST_MM:
+        if moved < MIN_MONITOR_SHIFT_MM:
             raise CalibrationError(
                 f"primary calibration: {_named(grids, first, second)} are one place of "
                 f"the monitor, {moved:.1f} mm apart in the platter; move it by some "
@@ -78,7 +78,7 @@ def check_two_pictures(points, grids):
     for first, second in _pairs(grids):
         apart = np.linalg.norm(points[first] - points[second], axis=1)
         apart = apart[np.isfinite(apart)]
-        if len(apart) and np.mean(apart > OTHER_MM) < OTHERS:
+        if len(apart) and np.mean(apart > CHANGED_MM) < MIN_CHANGED_FRACTION:
             raise CalibrationError(
                 f"primary calibration: pixels see the same points of the monitor in "
                 f"{_named(grids, first, second)}; photograph its patterns in the "
@@ -97,14 +97,14 @@ def check_beside(line, viewer, grids, hidden=False):
     off = off * (1.0 if np.median(off) > 0 else -1.0)
     # A few pixels at the border are decoded wrongly.
     nearest, extent = np.quantile(off, 0.005), np.ptp(off)
-    if nearest > OUTSIDE * extent:
+    if nearest > MAX_CLAMP_GAP * extent:
         raise InputError(
             f"clamp: its line lies {100 * nearest / extent:.0f} % of the mirror's "
             "length away from where the mirror shows the monitor; pick it at the edge "
             "of the mirror, and let the monitor fill the mirror"
         )
     beyond = np.mean(off < 0)
-    if beyond > (BEYOND_HIDDEN if hidden else BEYOND):
+    if beyond > (MAX_BEYOND_HIDDEN_CLAMP if hidden else MAX_BEYOND_CLAMP):
         raise InputError(
             f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor lie "
             "beyond its line; pick it where the mirror is held, at the mirror's edge"
@@ -118,13 +118,13 @@ def misfit_flags(stage, step, degrees):
     none.
     """
     mean = np.mean(degrees) if len(degrees) else np.inf
-    if mean < LARGE_DEG:
+    if mean < WARN_RESIDUAL_DEG:
         return []
     found = (
         f"corners lie {mean:.2g} deg (mean) from their rays: did the board, the "
         "viewer or the clamp move between the pictures, or is the step too large?"
     )
-    if mean > WRONG_DEG:
+    if mean > MAX_RESIDUAL_DEG:
         names = f"{step.before.name}, {step.after.name}"
         raise CalibrationError(
             f"step {stage} ({names}): {found}", code="moved-between-images"
@@ -140,7 +140,7 @@ def short_of_the_edge(cameras):
     flags = []
     for k, camera in enumerate(cameras[1:], 1):
         spans = [np.ptp(one.grid.breaks[0]) for one in (camera, cameras[0])]
-        if spans[0] < MOST_OF_IT * spans[1]:
+        if spans[0] < MIN_SPAN_FRACTION * spans[1]:
             flags.append(
                 f"stage {k}: common corners reach over {100 * spans[0] / spans[1]:.0f} "
                 "% of the mirror's picture from the clamp on; towards the free edge "
@@ -158,11 +158,11 @@ def _named(grids, first, second):
     return f"{grids[first].name} and {grids[second].name}"
 
 
-SETTINGS = MirrorSettings(fixed_shape=False)
-LINE_POINTS = 9
+DEFAULT_SETTINGS = MirrorSettings(fixed_shape=False)
+N_LINE_POINTS = 9
 # Where nobody states the deflections: the end moves by this share of the length.
-DEFLECTED = 0.1
-SAMPLES = 1000  # pixels for each grid, about, as in the thesis
+DEFAULT_DEFLECTION = 0.1
+N_PIXELS_PER_GRID = 1000  # pixels for each grid, about, as in the thesis
 
 
 class ClampPicks(NamedTuple):
@@ -294,7 +294,7 @@ class MirrorCalibration(NamedTuple):
 def calibrate_mirror(
     views: MirrorViews,
     quantity: str = "inverse depth",
-    settings: MirrorSettings = SETTINGS,
+    settings: MirrorSettings = DEFAULT_SETTINGS,
     say: Callable[[str], object] | None = None,
 ) -> MirrorCalibration:
     """Calibrate a bending mirror: first shape, deflections and bundle over all stages.
@@ -383,13 +383,13 @@ def _line(views):
 def _primary(views, poses, line, spline):
     """PrimaryCalibration of pixels spread over the grids."""
     viewer, grids = views.viewer, views.grids
-    samples = SAMPLES * len(grids)
+    samples = N_PIXELS_PER_GRID * len(grids)
     seen = sample_boards(grids, viewer.width, viewer.height, samples)
     points = np.where(seen.seen[..., None], seen.points, np.nan)
     check_two_pictures(points, grids)
     return primary_from_points(
         viewer, seen.pixels.astype(float), points, poses, angle=line.angle,
-        span=line.points(LINE_POINTS), **spline,
+        span=line.points(N_LINE_POINTS), **spline,
     )  # fmt: skip
 
 
@@ -407,7 +407,7 @@ def _held(camera, line, views):
     hidden = views.clamp.hidden_mm
     length = hidden + _length(camera, line)
     stated = [step.deflection_mm for step in views.steps]
-    most = DEFLECTED * length
+    most = DEFAULT_DEFLECTION * length
     if None not in stated and any(stated):
         most = float(np.abs(np.cumsum(stated)).max())
     return fixed_line(camera, line, hidden=hidden, length=length, deflection=most)
@@ -465,7 +465,7 @@ def _outline(camera, step, following, settings):
     shown = [after] if following is None else [after, following.pixels]
     shown = grid.turned(normalised(viewer, np.concatenate(shown)))
     intervals = np.subtract(settings.shape, settings.degree)
-    beyond = (1 - LEAST_REACH) / intervals * np.ptp(common, axis=0)
+    beyond = (1 - MIN_REACH) / intervals * np.ptp(common, axis=0)
     low, high = common.min(axis=0) - beyond, common.max(axis=0) + beyond
     p = grid.unturned(np.clip(shown[np.isfinite(shown[:, 0])], low, high))
     return viewer.project(np.column_stack([p, np.ones(len(p))])).pixels

@@ -21,8 +21,8 @@ from raxel.calibration.mirror.clamp import (
     plane_through,
     soft_clamp,
 )
-from raxel.calibration.mirror.observations import MIN_POSE_CORNERS as FEWEST
 from raxel.calibration.mirror.observations import (
+    MIN_N_POSE_CORNERS,
     RayPoints,
     clamped_end,
     magnification,
@@ -38,9 +38,9 @@ from raxel.features.film import FilmCorners, next_corners
 from raxel.geometry.least_squares import damped_step
 
 # A picture that moves less is settled, as a share of the standard deviations.
-SETTLED, STEPS = 1e-3, 6
+STEP_TOL_SIGMAS, MAX_N_STEPS = 1e-3, 6
 # Residuals beyond this many medians are wrong matches; no median is less, mm.
-FAR, LEAST_MEDIAN, ROUNDS = 6.0, 1e-6, 6
+OUTLIER_MEDIANS, MIN_MEDIAN_MM, MAX_N_ROUNDS = 6.0, 1e-6, 6
 
 
 class Followed(NamedTuple):
@@ -134,10 +134,10 @@ class MirrorTracker:
                 "anew by a stage of calibration",
                 code="outside-knots",
             )
-        if np.count_nonzero(used) < FEWEST:
+        if np.count_nonzero(used) < MIN_N_POSE_CORNERS:
             raise CalibrationError(
                 f"mirror in motion: {np.count_nonzero(used)} features are seen; "
-                f"{FEWEST} or more are needed, found anew in the whole picture",
+                f"{MIN_N_POSE_CORNERS} or more are needed, found anew in the whole picture",
                 code="too-few-features",
             )
         support = support_of(camera.grid, p[used])
@@ -165,10 +165,10 @@ class MirrorTracker:
 
     def _right_ones(self, p, used, noise):
         """Features that count, and what `_fitted` makes of them."""
-        for _ in range(ROUNDS):
+        for _ in range(MAX_N_ROUNDS):
             rays = RayPoints(p[used], self.camera.grid, self.camera.quantity)
             c, off, settled = self._fitted(rays, self.points[used], noise)
-            far = off > FAR * max(np.median(off), LEAST_MEDIAN)
+            far = off > OUTLIER_MEDIANS * max(np.median(off), MIN_MEDIAN_MM)
             if not far.any():
                 break
             used = used.copy()
@@ -182,7 +182,7 @@ class MirrorTracker:
         c = space.coefficients(free)
         sd = residual_sd(rays, c, points, noise)
         settled = False
-        for _ in range(STEPS):
+        for _ in range(MAX_N_STEPS):
             r = rays.residuals(c, points) / sd
             J = rays.jacobian(c, points).reshape(-1, size) / sd
             J = np.vstack([J, self._rows]) @ space.directions
@@ -196,7 +196,7 @@ class MirrorTracker:
                     "picture before, calibrate a stage anew",
                     code="shape-diverged",
                 )
-            settled = np.linalg.norm(J @ step) <= SETTLED * np.sqrt(len(J))
+            settled = np.linalg.norm(J @ step) <= STEP_TOL_SIGMAS * np.sqrt(len(J))
             if settled:
                 break
         return c, np.linalg.norm(rays.residuals(c, points), axis=1), settled

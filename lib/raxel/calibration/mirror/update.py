@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raxel.calibration.mirror.bundle import FIRM
+from raxel.calibration.mirror.bundle import MISFIT_SIGMAS
 from raxel.calibration.mirror.clamp import (
-    TRUNCATION,
+    TRUNCATION_TOL,
     Clamp,
     FixedLine,
     bending_prior,
@@ -32,8 +32,8 @@ from raxel.calibration.mirror.observations import (
     wrong_matches,
 )
 from raxel.calibration.mirror.refine import (
-    EVEN_MM,
-    SWINGING_DEG,
+    MAX_SWING_DEG,
+    PRIOR_MM,
     ShapeFit,
     camera_of_shape,
     edge_flags,
@@ -54,17 +54,17 @@ from raxel.geometry.poses import transform
 from raxel.geometry.spline_grids import spline_grid
 
 # Residuals beyond this many medians belong to wrong matches.
-FAR, ROUNDS = 10.0, 5
+OUTLIER_MEDIANS, MAX_N_ROUNDS = 10.0, 5
 # What near scene points make of a slope in the linear stage, over one interval, mm.
-LINEAR_SD = 0.1
-MOST_WRONG = 0.25
+LINEAR_SLOPE_SD_MM = 0.1
+MAX_OUTLIER_FRACTION = 0.25
 # The picture after, taken for that before, fits a pose this much better: exchanged.
-EXCHANGED = 0.5
+MAX_EXCHANGED_RATIO = 0.5
 # Pictures in the right order can leave this much, and nothing is looked at below it.
-SUSPECT_MM = 0.1
+EXCHANGE_TEST_MM = 0.1
 # A misfit moves neighbouring features alike and averages out less than noise: chosen on
 # eight seeds of geometry A, even and uneven by 10 um, that judge nothing.
-ALIKE = 1.5
+MISFIT_CORRELATION = 1.5
 
 
 class MirrorSettings(NamedTuple):
@@ -103,8 +103,8 @@ class MirrorSettings(NamedTuple):
     fixed_shape: bool = True
     noise_px: float = 0.2
     prior_sd: float | None = None
-    truncation: float = TRUNCATION
-    swinging_deg: float = SWINGING_DEG
+    truncation: float = TRUNCATION_TOL
+    swinging_deg: float = MAX_SWING_DEG
 
 
 class MirrorUpdate(NamedTuple):
@@ -370,14 +370,14 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     noise = settings.noise_px / np.median(magnification(viewer, pixels[used][::10]))
     c, wrong = start.coefficients, np.zeros(len(p), bool)
     motion, pose_covariance = moved
-    for left in reversed(range(ROUNDS + 1)):
+    for left in reversed(range(MAX_N_ROUNDS + 1)):
         fit = refine_shape(
             p[used], points[used], grid, quantity, c, noise=noise, clamp=clamp,
             prior=prior, point_motion=None if motion is None else motion[used],
             pose_covariance=pose_covariance, truncation=settings.truncation,
         )  # fmt: skip
         off = np.linalg.norm(fit.residuals, axis=1)
-        far = off > FAR * max(np.median(off), fit.sd_mm)
+        far = off > OUTLIER_MEDIANS * max(np.median(off), fit.sd_mm)
         if not (far.any() and left):
             break
         wrong[np.flatnonzero(used)[far]] = True
@@ -388,7 +388,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     mirror_points = camera.mirror.points(p[used])
     misfit, widening = _beyond_noise(fit, points[used] - mirror_points)
     plane = plane_through(mirror_points)
-    evenly = bending_prior(grid, quantity, plane, EVEN_MM)
+    evenly = bending_prior(grid, quantity, plane, PRIOR_MM)
     turn, at_edges = edge_flags(
         grid, quantity, fit, widening, evenly, settings.swinging_deg
     )
@@ -449,10 +449,12 @@ def _beyond_noise(fit, reach):
     """
     squares = np.sum(fit.residuals**2, axis=1)
     variance = np.mean(squares) / (2 * fit.sd_mm**2)
-    if variance <= 1 + FIRM / np.sqrt(len(squares)):
+    if variance <= 1 + MISFIT_SIGMAS / np.sqrt(len(squares)):
         return 0.0, 1.0
     angles = np.mean(squares / np.sum(reach**2, axis=1)) / 2
-    return float(np.sqrt((1 - 1 / variance) * angles)), 1 + ALIKE * (variance - 1)
+    return float(np.sqrt((1 - 1 / variance) * angles)), 1 + MISFIT_CORRELATION * (
+        variance - 1
+    )
 
 
 def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
@@ -463,7 +465,7 @@ def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
     if prior is not None:
         # Slopes over one knot interval are lengths, as the prior's.
         width = min(np.diff(breaks).min() for breaks in grid.breaks)
-        weight = LINEAR_SD / prior.sd / width / prior.mm
+        weight = LINEAR_SLOPE_SD_MM / prior.sd / width / prior.mm
         further = weight * prior.rows, weight * prior.values
     return shape_with_clamp(
         p[used], normals, grid, quantity, clamp, truncation=settings.truncation,
@@ -484,14 +486,14 @@ def _knots(span, p, clamp, before, settings):
 
 def _not_exchanged(before, pixels_after, points, wrong, pose):
     """Refuse a picture after that the camera before explains better than its own."""
-    if pose.rms < SUSPECT_MM:
+    if pose.rms < EXCHANGE_TEST_MM:
         return
     rays = before.rays(np.where(wrong[:, None], np.nan, pixels_after))
     if np.count_nonzero(rays.valid) < np.count_nonzero(pose.inliers) / 2:
         return
     other = pose_from_non_central_rays(rays, points, pose.T_camera_grid)
     enough = other.inliers.sum() > pose.inliers.sum() / 2
-    if enough and other.rms < EXCHANGED * pose.rms:
+    if enough and other.rms < MAX_EXCHANGED_RATIO * pose.rms:
         raise CalibrationError(
             f"mirror stage: the picture after fits the camera before better "
             f"({other.rms:.3g} mm) than the picture before does ({pose.rms:.3g} mm); "
@@ -502,7 +504,7 @@ def _not_exchanged(before, pixels_after, points, wrong, pose):
 
 def _not_too_many(wrong, common):
     found, whole = np.count_nonzero(wrong & common), np.count_nonzero(common)
-    if found > MOST_WRONG * max(whole, 1):
+    if found > MAX_OUTLIER_FRACTION * max(whole, 1):
         raise CalibrationError(
             f"mirror shape: {found} of {whole} matches do not fit the others; match "
             "the two pictures of the grid anew",

@@ -41,9 +41,9 @@ from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, tra
 # doi:10.1109/34.159901.
 
 
-FRAME = 4  # fx, fy, cx, cy come first
+N_FRAME_PARAMETERS = 4  # fx, fy, cx, cy come first
 MAX_XI = 100.0  # a fisheye has 2 or 3; the image of more is the same to 1 %
-NEAR_AXIS = 1e-9  # of the distance: nearer to the axis a point counts as on it
+AXIS_TOL = 1e-9  # of the distance: nearer to the axis a point counts as on it
 
 
 class LensFormula(NamedTuple):
@@ -78,9 +78,9 @@ class LensFormula(NamedTuple):
         """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where the law has
         none."""
         xi = 0.0 if self.base == "perspective" else None
-        first = FRAME
+        first = N_FRAME_PARAMETERS
         if self.base == "unified":
-            xi, first = values[FRAME], FRAME + 1
+            xi, first = values[N_FRAME_PARAMETERS], N_FRAME_PARAMETERS + 1
         off_axis = first + self.radial
         pupil = off_axis + self.decentring
         decentring = np.zeros(4)
@@ -96,15 +96,15 @@ class LensFormula(NamedTuple):
 
     def bounded(self, values):
         """The vector with a xi that a unified sphere can have."""
-        if self.base == "unified" and not 0 <= values[FRAME] <= MAX_XI:
+        if self.base == "unified" and not 0 <= values[N_FRAME_PARAMETERS] <= MAX_XI:
             values = values.copy()
-            values[FRAME] = np.clip(values[FRAME], 0, MAX_XI)
+            values[N_FRAME_PARAMETERS] = np.clip(values[N_FRAME_PARAMETERS], 0, MAX_XI)
         return values
 
     def camera(self, values, width, height):
         """The Camera of parameters (P,), or CalibrationError where there is none."""
         xi, k, decentring, a = self.parts(values)
-        fx, fy, cx, cy = values[:FRAME]
+        fx, fy, cx, cy = values[:N_FRAME_PARAMETERS]
         off_axis = {"tangential": decentring[:2], "prism": decentring[2:]}
         try:
             if xi is None:
@@ -139,7 +139,7 @@ def imaged_points(formula, values, points, derivatives=True):
     """Pixels of points (N, 3) by a formula, and their derivatives: Imaged; without
     them, the pixels (N, 2) alone."""
     xi, k, decentring, a = formula.parts(values)
-    focal, centre = values[:2], values[2:FRAME]
+    focal, centre = values[:2], values[2:N_FRAME_PARAMETERS]
     with np.errstate(all="ignore"):
         rho, unit = _across(points)
         theta = sight_angles(rho, points[:, 2], a)
@@ -165,7 +165,7 @@ def imaged_points(formula, values, points, derivatives=True):
         own.append(radial[:, :, None] * (slope[:, None] * by_a)[:, None])
         own = focal[:, None] * np.concatenate(own, axis=2)
         by_values = np.zeros((len(points), 2, len(values)))
-        by_values[:, :, FRAME : FRAME + own.shape[2]] = own
+        by_values[:, :, N_FRAME_PARAMETERS : N_FRAME_PARAMETERS + own.shape[2]] = own
         by_values[:, 0, 0], by_values[:, 1, 1] = q.T
         by_values[:, 0, 2] = by_values[:, 1, 3] = 1.0
         return Imaged(
@@ -176,7 +176,7 @@ def imaged_points(formula, values, points, derivatives=True):
 def _across(points):
     """Distance rho (N,) of points (N, 3) from the axis, and unit vectors (N, 2)."""
     across, z = points[:, :2], points[:, 2]
-    rho = np.maximum(np.hypot(*across.T), NEAR_AXIS * np.abs(z))
+    rho = np.maximum(np.hypot(*across.T), AXIS_TOL * np.abs(z))
     return rho, across / rho[:, None]
 
 
@@ -243,15 +243,15 @@ def _warp_slopes(p, k, decentring, terms):
     return by_p, p[:, :, None] * powers[:, None]
 
 
-RAYLEIGH = 1.1774  # median distance of a corner whose coordinates scatter by 1
-WIDTH = 6.0  # scales beyond which a corner counts as wrong
-MAX_SCALE = 5.0  # of a board, in scales of all
+RAYLEIGH_MEDIAN = 1.1774  # median distance of a corner whose coordinates scatter by 1
+OUTLIER_SCALES = 6.0  # scales beyond which a corner counts as wrong
+MAX_SCALE_RATIO = 5.0  # of a board, in scales of all
 MIN_SCALE_PX = 0.01  # no corner is known better
 ROUNDING_PX = 1e-7
-MAX_STEPS, ENOUGH = 40, 1e-6
-MIN_DAMPING, FIRMEST, MAX_DAMPING = 1e-13, 1e-8, 1e10
-ROUNDS, AT_REST = 4, 0.05  # of the scales
-POSE_STEPS = 20
+MAX_N_STEPS, COST_TOL = 40, 1e-6
+MIN_DAMPING, CONVERGED_DAMPING, MAX_DAMPING = 1e-13, 1e-8, 1e10
+MAX_N_ROUNDS, SCALE_TOL = 4, 0.05  # of the scales
+N_POSE_STEPS = 20
 
 
 class StackedBoards(NamedTuple):
@@ -333,13 +333,13 @@ def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
     values, T = np.array(values, float), np.array(T_camera_grid, float)
     residuals = _residuals(formula, values, T, boards)
     fixed = scales is not None
-    for _ in range(1 if fixed else ROUNDS):
+    for _ in range(1 if fixed else MAX_N_ROUNDS):
         before = scales if fixed else scales_of(residuals)
         values, T, residuals, cost, normal = _minimised(
             formula, values, T, boards, loss, before
         )
         scales = before if fixed else scales_of(residuals)
-        if np.all(np.abs(scales - before) < AT_REST * before):
+        if np.all(np.abs(scales - before) < SCALE_TOL * before):
             break
     return AdjustedLens(values, T, residuals, before, cost, normal)
 
@@ -352,7 +352,7 @@ def posed_residuals(formula, values, T_camera_grid, boards):
     scales = scales_of(residuals)
     cost = _costs(residuals, boards, "tukey", scales)
     damping = np.full(len(T), 1e-3)
-    for _ in range(POSE_STEPS):
+    for _ in range(N_POSE_STEPS):
         _, normal, _, _, gradient = _system(formula, values, T, boards, "tukey", scales)
         size = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 1e-300))
         damped = normal / (size[:, :, None] * size[:, None])
@@ -376,9 +376,9 @@ def scales_of(residuals):
     """Standard deviations (n,) px of a coordinate, for each board, from the median
     distances (robust)."""
     distances = np.linalg.norm(residuals, axis=-1)
-    whole = max(np.nanmedian(distances) / RAYLEIGH, MIN_SCALE_PX)
-    own = np.nanmedian(distances, axis=1) / RAYLEIGH
-    return np.clip(own, whole, MAX_SCALE * whole)
+    whole = max(np.nanmedian(distances) / RAYLEIGH_MEDIAN, MIN_SCALE_PX)
+    own = np.nanmedian(distances, axis=1) / RAYLEIGH_MEDIAN
+    return np.clip(own, whole, MAX_SCALE_RATIO * whole)
 
 
 def distance_loss(squares, scales, loss):
@@ -386,9 +386,9 @@ def distance_loss(squares, scales, loss):
     the weight its derivative."""
     squares_of = scales[:, None] ** 2
     if loss == "cauchy":
-        width = (WIDTH / 2) ** 2 * squares_of
+        width = (OUTLIER_SCALES / 2) ** 2 * squares_of
         return width * np.log1p(squares / width), 1 / (1 + squares / width)
-    width = WIDTH**2 * squares_of
+    width = OUTLIER_SCALES**2 * squares_of
     left = np.maximum(1 - squares / width, 0.0)
     return width / 3 * (1 - left**3), left**2
 
@@ -397,7 +397,7 @@ def tukey_pull(squares, scales):
     """(weight, slope), (n, M) each, of Tukey's loss at squared distances px^2: a corner
     is pulled by weight times distance, and slope is how that grows with the distance,
     the mean of both coordinates; 0 where a corner counts as wrong."""
-    left = np.maximum(1 - squares / (WIDTH * scales[:, None]) ** 2, 0.0)
+    left = np.maximum(1 - squares / (OUTLIER_SCALES * scales[:, None]) ** 2, 0.0)
     return left**2, left * (3 * left - 2)
 
 
@@ -406,14 +406,14 @@ def _minimised(formula, values, T, boards, loss, scales):
     cost, damping = _costs(residuals, boards, loss, scales).sum(), 1e-4
     rounding = np.count_nonzero(boards.seen) * ROUNDING_PX**2
     system = _system(formula, values, T, boards, loss, scales)
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_N_STEPS):
         step, moves = _step(system, damping)
         new_values, new_T = formula.bounded(values + step), _moved(T, moves)
         new = _residuals(formula, new_values, new_T, boards)
         new_cost = _costs(new, boards, loss, scales).sum()
         if new_cost < cost:
             # A small step by a strong damping is no rest.
-            at_rest = cost - new_cost < ENOUGH * cost and damping < FIRMEST
+            at_rest = cost - new_cost < COST_TOL * cost and damping < CONVERGED_DAMPING
             values, T, residuals, cost = new_values, new_T, new, new_cost
             damping = max(damping / 30, MIN_DAMPING)
             system = _system(formula, values, T, boards, loss, scales)

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.parametric.lens_bundle import (
-    FRAME,
-    WIDTH,
+    N_FRAME_PARAMETERS,
+    OUTLIER_SCALES,
     AdjustedLens,
     LensFormula,
     adjusted,
@@ -51,9 +51,11 @@ from raxel.geometry.poses import pose
 # doi:10.1016/S0047-259X(03)00096-4.
 
 
-SINGULAR = 1e-15  # of the largest eigenvalue: directions that nothing determines
-MOST_OWN = 0.95  # share of a direction that one photograph may tell by itself
-LEAST_FREE = 3  # degrees of freedom: of fewer a variance is not finite
+MIN_EIGENVALUE_RATIO = (
+    1e-15  # of the largest eigenvalue: directions that nothing determines
+)
+MAX_IMAGE_SHARE = 0.95  # share of a direction that one photograph may tell by itself
+MIN_DEGREES_OF_FREEDOM = 3  # degrees of freedom: of fewer a variance is not finite
 
 
 class ClusteredCovariance(NamedTuple):
@@ -79,11 +81,11 @@ def clustered_covariance(normal, gradient, variance):
     own = np.swapaxes(root, 0, 1) @ (normal / scale[:, None] / scale) @ root
     steps = (gradient / scale) @ root
     shares, axes = np.linalg.eigh(own)
-    given_back = 1 / np.sqrt(1 - np.clip(shares, 0, MOST_OWN))
+    given_back = 1 / np.sqrt(1 - np.clip(shares, 0, MAX_IMAGE_SHARE))
     along = np.einsum("nij,ni->nj", axes, steps) * given_back
     steps_alone = np.einsum("nij,nj->ni", axes, along) / np.sqrt(variance)
     mixed = _mixed(steps_alone)
-    free = max(count - 1, LEAST_FREE)
+    free = max(count - 1, MIN_DEGREES_OF_FREEDOM)
     wider = np.eye(len(mixed)) + (mixed - np.eye(len(mixed))) * free / (free - 2)
     outer = variance / np.outer(scale, scale)
     covariance, estimated = (outer * (root @ of @ root.T) for of in (wider, mixed))
@@ -110,7 +112,7 @@ def _inverse_root(normal):
     """(W, scale): W W' is the pseudo-inverse of a normal matrix over its scales."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     size, axes = np.linalg.eigh(normal / np.outer(scale, scale))
-    told = size > SINGULAR * size[-1]
+    told = size > MIN_EIGENVALUE_RATIO * size[-1]
     return axes[:, told] / np.sqrt(size[told]), scale
 
 
@@ -128,10 +130,13 @@ def _inverse_root(normal):
 # IEEE J. Robotics and Automation 3(4), 1987, doi:10.1109/JRA.1987.1087109.
 
 
-CENTRES = 21  # tried each way, over the middle of the image
-SPREAD = 0.6  # of the image's sides, in which they lie
-ROUNDS = 5  # of reweighting against wrong corners
-NARROWEST, LENGTHS = 0.08, 25  # radians at the rim, and how many up to the widest
+N_TRIAL_CENTRES = 21  # tried each way, over the middle of the image
+CENTRE_SPREAD = 0.6  # of the image's sides, in which they lie
+N_REWEIGHTINGS = 5  # of reweighting against wrong corners
+MIN_EDGE_ANGLE_RAD, N_FOCAL_LENGTHS = (
+    0.08,
+    25,
+)  # radians at the rim, and how many up to the widest
 
 
 class StartLaw(NamedTuple):
@@ -180,12 +185,12 @@ def _best_centre(pixels, points, seen, width, height):
     middle = (np.array([width, height]) - 1) / 2
     size = np.array([width, height], float)
     moments = _moments(pixels - middle, *_normalised(points, seen), seen, size.max())
-    best, reach = np.zeros(2), SPREAD * size / 2 / size.max()
+    best, reach = np.zeros(2), CENTRE_SPREAD * size / 2 / size.max()
     for _ in range(3):
-        ends = np.linspace(-1, 1, CENTRES)
+        ends = np.linspace(-1, 1, N_TRIAL_CENTRES)
         tried = best + np.stack(np.meshgrid(ends, ends), -1).reshape(-1, 2) * reach
         best = tried[np.argmin([_misalignment(moments, c) for c in tried])]
-        reach = 2 * reach / (CENTRES - 1)
+        reach = 2 * reach / (N_TRIAL_CENTRES - 1)
     return middle + best * size.max()
 
 
@@ -215,7 +220,7 @@ def _started(law, pixels, points, seen, centre):
     offsets = np.where(seen[..., None], pixels - centre, 0.0)
     radius = np.linalg.norm(offsets, axis=2)
     h1, h2 = _aligned(offsets, points, seen)
-    rims = np.geomspace(law.widest, NARROWEST, LENGTHS)
+    rims = np.geomspace(law.widest, MIN_EDGE_ANGLE_RAD, N_FOCAL_LENGTHS)
     lengths = radius.max() / law.radius(rims)
     rotations, shifts = _two_tilts(h1, h2)
     fits = [_depths(law, rotations, shifts, points, seen, radius, f) for f in lengths]
@@ -250,7 +255,7 @@ def _aligned(offsets, points, seen):
     """h1, h2 (n, 3) of every board, reweighted by the distances across the radius."""
     flat, matrix = _normalised(points, seen)
     weights = seen.astype(float)
-    for _ in range(ROUNDS):
+    for _ in range(N_REWEIGHTINGS):
         rows = np.concatenate([-offsets[..., 1:] * flat, offsets[..., :1] * flat], 2)
         normal = np.einsum("nmi,nm,nmj->nij", rows, weights, rows)
         h = np.linalg.eigh(normal)[1][:, :, 0].reshape(-1, 2, 3)
@@ -294,7 +299,7 @@ def _depths(law, rotations, shifts, points, seen, radius, focal_px):
     turn = np.where(seen, np.sin(theta) ** 2 / np.maximum(rho, 1e-12), 0.0)
     turn = turn * law.turned(radius / focal_px)
     weights = np.broadcast_to(turn**2, gap.shape)
-    for _ in range(ROUNDS):
+    for _ in range(N_REWEIGHTINGS):
         depth = np.sum(weights * gap, 2) / np.maximum(np.sum(weights, 2), 1e-300)
         miss = focal_px * turn * (gap - depth[..., None])
         scale = 1.4826 * np.median(np.abs(miss[:, seen])) + 1e-12
@@ -307,15 +312,15 @@ def _depths(law, rotations, shifts, points, seen, radius, focal_px):
     return tilt, depth[tilt, rows], cost[tilt, rows]
 
 
-RADIAL, DECENTRING, PUPIL = 4, 4, 3  # terms at most
-LEAST_TERMS = FRAME + 1  # the frame's, and a radial one
-FIRST_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
-PARTS = 5  # of the boards, kept out in turn
+MAX_N_RADIAL_TERMS, MAX_N_DECENTRING_TERMS, MAX_N_PUPIL_TERMS = 4, 4, 3  # terms at most
+MIN_N_PARAMETERS = N_FRAME_PARAMETERS + 1  # the frame's, and a radial one
+START_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
+N_FOLDS = 5  # of the boards, kept out in turn
 # A loss's curvature over its weights: 0.89 of Gaussian scatter. Tails that are so much
 # longer tell no curvature.
-LEAST_CURVED = 0.5
-FLOOR_PX = 1e-6  # residuals below it are as good as none
-KEPT = 8  # sets of boards whose fits are remembered
+MIN_CURVATURE_RATIO = 0.5
+MIN_RESIDUAL_PX = 1e-6  # residuals below it are as good as none
+FIT_CACHE_SIZE = 8  # sets of boards whose fits are remembered
 
 
 class FormulaFit(NamedTuple):
@@ -341,7 +346,7 @@ class GivenBoards:
         return hash(self._numbers)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=FIT_CACHE_SIZE)
 def start_of(given):
     """The best fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
     boards, width, height = given.boards, given.width, given.height
@@ -376,7 +381,7 @@ def fitted_law(law, start, boards, pupil, board=()):
     best = _thinned(widest[0], boards, scales)
     for other in widest[1:]:
         # With fewer terms a fit is no better, only simpler.
-        if _criterion(other, boards, LEAST_TERMS) < _criterion(best, boards):
+        if _criterion(other, boards, MIN_N_PARAMETERS) < _criterion(best, boards):
             other = _thinned(other, boards, scales)
             best = min(best, other, key=lambda fit: _criterion(fit, boards))
     return best
@@ -386,7 +391,7 @@ def _widened(fit, boards, pupil, board):
     """The FormulaFit with all terms, so many of the pupil's, and the board's."""
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
-        (RADIAL, DECENTRING, pupil),
+        (MAX_N_RADIAL_TERMS, MAX_N_DECENTRING_TERMS, pupil),
     ):
         wider = LensFormula(fit.formula.base, radial, decentring, moving, board)
         fit = refitted(fit, wider, boards, "tukey")
@@ -403,7 +408,7 @@ def _on_spheres(start, boards):
         first = np.array([*values[:4], *xi, 0.0])
         return FormulaFit(formula, adjusted(formula, first, poses, boards, "cauchy"))
 
-    free = [fitted("unified", xi) for xi in FIRST_XI]
+    free = [fitted("unified", xi) for xi in START_XI]
     best = min(free, key=lambda fit: np.median(fit.result.scales))
     flat = fitted("perspective")
     return [best, flat] if np.isfinite(flat.result.cost) else [best]
@@ -446,19 +451,19 @@ def _criterion(fit, boards, terms=None):
     """Schwarz's: what a fit's loss and its number of parameters (those of the formula,
     where no other is given) cost together."""
     count = 2 * np.count_nonzero(boards.seen)
-    cost = max(fit.result.cost, count * FLOOR_PX**2)
+    cost = max(fit.result.cost, count * MIN_RESIDUAL_PX**2)
     terms = len(fit.formula.names) if terms is None else terms
     return count * np.log(cost) + terms * np.log(count)
 
 
 def kept_out_squares(fit, boards):
     """Mean squared distance (n,) px^2 on each board, kept out of fits with the same
-    terms, and its near copies with it; a corner counts as at most WIDTH scales of its
+    terms, and its near copies with it; a corner counts as at most OUTLIER_SCALES scales of its
     board off. NaN where fewer than two others are left."""
     n, scales = len(boards.seen), fit.result.scales
     poses, squares = fit.result.T_camera_grid, np.full(n, np.nan)
     groups = boards.groups
-    parts = min(PARTS, groups.max() + 1)
+    parts = min(N_FOLDS, groups.max() + 1)
     for part in range(parts):
         out = groups % parts == part
         if n - out.sum() < 2:
@@ -468,7 +473,7 @@ def kept_out_squares(fit, boards):
             fit.formula, fit.result.values, poses[~out], inside, "tukey", scales[~out]
         )
         off = posed_residuals(fit.formula, found.values, poses[out], kept)
-        most = (WIDTH * scales[out, None]) ** 2
+        most = (OUTLIER_SCALES * scales[out, None]) ** 2
         off = np.minimum(np.nan_to_num(np.sum(off**2, axis=2), nan=np.inf), most)
         squares[out] = np.sum(np.where(kept.seen, off, 0.0), axis=1)
         squares[out] /= kept.seen.sum(axis=1)
@@ -487,7 +492,7 @@ def covariance_of(fit, boards):
     squares = np.sum(found.residuals**2, axis=2)
     weight, slope = tukey_pull(np.where(boards.seen, squares, np.inf), found.scales)
     right = weight > 0
-    curved = max(np.sum(slope) / np.sum(weight), LEAST_CURVED)
+    curved = max(np.sum(slope) / np.sum(weight), MIN_CURVATURE_RATIO)
     free = max(free_of(fit, boards) - 2 * np.count_nonzero(boards.seen & ~right), 1)
     pulls = np.sum(weight[right] ** 2 * squares[right])
     variance = pulls / free / (curved * np.mean(weight[right]))
@@ -495,7 +500,9 @@ def covariance_of(fit, boards):
         fit.formula, found.values, found.T_camera_grid, boards, found.scales
     )
     normal, gradient = (boards.of_groups(each) for each in told)
-    return clustered_covariance(normal * curved, gradient, max(variance, FLOOR_PX**2))
+    return clustered_covariance(
+        normal * curved, gradient, max(variance, MIN_RESIDUAL_PX**2)
+    )
 
 
 def free_of(fit, boards):

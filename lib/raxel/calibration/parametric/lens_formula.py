@@ -17,15 +17,15 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.parametric.lens_bundle import (
-    WIDTH,
+    OUTLIER_SCALES,
     LensFormula,
     adjusted,
     stacked,
 )
 from raxel.calibration.parametric.lens_fit import (
-    KEPT,
-    PUPIL,
-    RADIAL,
+    FIT_CACHE_SIZE,
+    MAX_N_PUPIL_TERMS,
+    MAX_N_RADIAL_TERMS,
     FormulaFit,
     GivenBoards,
     covariance_of,
@@ -66,10 +66,14 @@ from raxel.geometry.poses import transform
 
 
 STRETCH = TERMS[len(BENDS) :]
-FEWEST = 6  # photographs: a degree of freedom for each of four terms, and two
-BOARD_SURE = 1e-3  # of the test that takes corners of a photograph to err together
-GAIN = 2.0  # standard errors of the gain on boards kept out
-MIN_GAIN_PX = 1e-3  # a smaller one is a formula's that is nearly the lens's
+MIN_N_SHAPE_IMAGES = (
+    6  # photographs: a degree of freedom for each of four terms, and two
+)
+BOARD_P_THRESHOLD = (
+    1e-3  # of the test that takes corners of a photograph to err together
+)
+MIN_GAIN_SIGMAS = 2.0  # standard errors of the gain on boards kept out
+MIN_BOARD_GAIN_PX = 1e-3  # a smaller one is a formula's that is nearly the lens's
 
 
 class BoardTest(NamedTuple):
@@ -115,7 +119,7 @@ def board_test(fit, boards, before=None):
     before: the BoardTest that led to this fit, None for one of flat boards.
     """
     count = boards.groups.max() + 1
-    if count < FEWEST:
+    if count < MIN_N_SHAPE_IMAGES:
         return None
     shape, covariance, estimated = _found_shape(fit, boards)
     p_values = [
@@ -126,7 +130,7 @@ def board_test(fit, boards, before=None):
         name
         for names, p_value in zip((BENDS, STRETCH), p_values, strict=True)
         for name in names
-        if p_value < BOARD_SURE or name in fit.formula.board
+        if p_value < BOARD_P_THRESHOLD or name in fit.formula.board
     )
     px = (before.flat_px, before.shaped_px) if before else (np.nan, np.nan)
     found = BoardTest(
@@ -141,7 +145,7 @@ def board_test(fit, boards, before=None):
     gain = boards.of_groups(squares[0] - squares[1])
     gain /= np.bincount(boards.groups)
     error = np.std(gain, ddof=1) / np.sqrt(len(gain))
-    pays = np.mean(gain) > max(GAIN * error, MIN_GAIN_PX**2)
+    pays = np.mean(gain) > max(MIN_GAIN_SIGMAS * error, MIN_BOARD_GAIN_PX**2)
     px = [float(np.sqrt(np.mean(of_boards))) for of_boards in squares]
     if before is None:
         found = found._replace(flat_px=px[0], shaped_px=px[1])
@@ -199,11 +203,15 @@ def _wald(values, covariance, photographs):
 # 1935, section 21.
 
 
-PUPIL_SURE = 1e-3  # of the ratio test
+PUPIL_P_THRESHOLD = 1e-3  # of the ratio test
 MIN_RESIDUAL_PX = 1e-3  # residuals below it tell nothing of a pupil
-CHANCE = 0.02  # of a gain on kept-out boards: six of six boards are enough, five not
-LEAST_GAIN_PX = 0.01  # no corner is known better
-DRAWN = 14  # boards, or sums of some, whose signs are exchanged: 2^14 draws
+GAIN_P_THRESHOLD = (
+    0.02  # of a gain on kept-out boards: six of six boards are enough, five not
+)
+MIN_PUPIL_GAIN_PX = 0.01  # no corner is known better
+MAX_N_SIGN_EXCHANGES = (
+    14  # boards, or sums of some, whose signs are exchanged: 2^14 draws
+)
 MOVES, RESTS, UNDECIDED = "moves", "rests", "undecided"
 
 
@@ -262,10 +270,10 @@ def pupil_test(law, central, boards):
         formula = fit.formula._replace(**terms)
         return refitted(fit, formula, boards, "tukey", central.result.scales)
 
-    bent = again(central, radial=RADIAL + PUPIL)
-    moving = [again(fit, pupil=PUPIL) for fit in (central, bent)]
+    bent = again(central, radial=MAX_N_RADIAL_TERMS + MAX_N_PUPIL_TERMS)
+    moving = [again(fit, pupil=MAX_N_PUPIL_TERMS) for fit in (central, bent)]
     p_value = _ratio_test(bent, moving[1], boards)
-    if p_value > PUPIL_SURE:
+    if p_value > PUPIL_P_THRESHOLD:
         test = PupilTest(p_value, *[np.nan] * 5, RESTS)
         return AskedLaw(law, central, bent, test)
     _, without = _best((central, bent), boards)
@@ -291,7 +299,10 @@ def agreed(own, other, boards):
 def _said(central_px, moving_px, chance):
     if not moving_px < central_px:
         return RESTS
-    if chance < CHANCE and central_px**2 - moving_px**2 > LEAST_GAIN_PX**2:
+    if (
+        chance < GAIN_P_THRESHOLD
+        and central_px**2 - moving_px**2 > MIN_PUPIL_GAIN_PX**2
+    ):
         return MOVES
     return UNDECIDED
 
@@ -324,8 +335,8 @@ def _rms(squares, boards):
 
 def _chance(gain):
     """How often the sum of gains (n,), each of either sign, is as large as theirs."""
-    if len(gain) > DRAWN:
-        gain = np.bincount(np.arange(len(gain)) % DRAWN, gain)
+    if len(gain) > MAX_N_SIGN_EXCHANGES:
+        gain = np.bincount(np.arange(len(gain)) % MAX_N_SIGN_EXCHANGES, gain)
     signs = 1.0 - 2 * (np.arange(2 ** len(gain))[:, None] >> np.arange(len(gain)) & 1)
     return float(np.mean(signs @ gain >= gain.sum() * (1 - 1e-12)))
 
@@ -352,7 +363,7 @@ def pupil_shift(fit, boards):
 
 
 LAWS = ("kannala-brandt", "unified")
-UNDETERMINED = 0.2  # of a focal length, as its standard deviation
+MAX_FOCAL_LENGTH_SD = 0.2  # of a focal length, as its standard deviation
 
 
 class WrongCorner(NamedTuple):
@@ -472,7 +483,7 @@ def calibrate_lens(
     if pupil == "by test":
         *_, found = _proposed(law, given, board == "flat")
     else:
-        terms = PUPIL * (pupil == "moving")
+        terms = MAX_N_PUPIL_TERMS * (pupil == "moving")
         found = _shaped(law, start_of(given), boards, terms, board == "flat")
     return _completed(found, boards, views, width, height)
 
@@ -531,14 +542,14 @@ def _boards_of(views, method):
     return stacked(corners, near_copies(views))
 
 
-@lru_cache(maxsize=KEPT * len(LAWS))
+@lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
 def _asked(law, given, flat):
     """The _Proposal of a central lens, and the AskedLaw on its pupil."""
     central = _shaped(law, start_of(given), given.boards, 0, flat)
     return central, pupil_test(law, central.fit, given.boards)
 
 
-@lru_cache(maxsize=KEPT * len(LAWS))
+@lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
 def _proposed(law, given, flat=False):
     """The _Proposal of a central lens; then, if all tests say so, that of one whose
     pupil moves."""
@@ -546,12 +557,12 @@ def _proposed(law, given, flat=False):
     central, asked = _asked(law, given, flat)
     test = asked.test
     for other in LAWS:
-        if test.p_value <= PUPIL_SURE and other != law:
+        if test.p_value <= PUPIL_P_THRESHOLD and other != law:
             test = agreed(asked, _asked(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
         # A board that seemed bent may have been a pupil that moves.
-        again = _shaped(law, start_of(given), boards, PUPIL, flat)
+        again = _shaped(law, start_of(given), boards, MAX_N_PUPIL_TERMS, flat)
         shift, sd = pupil_shift(again.fit, boards)
         test = test._replace(shift=shift, shift_sd=sd)
         found = [each._replace(pupil=test) for each in (central, again)]
@@ -577,7 +588,7 @@ def _completed(proposal, boards, views, width, height):
     values, poses = result.values.copy(), result.T_camera_grid.copy()
     told = covariance_of(proposal.fit, boards)
     spread = float(np.sqrt(told.estimated[0, 0]) / values[0])
-    if not spread < UNDETERMINED:
+    if not spread < MAX_FOCAL_LENGTH_SD:
         raise CalibrationError(
             f"{formula.base}: the focal length is not determined (standard deviation"
             f" {100 * spread:.0f} %); tilt the boards more, in more directions",
@@ -585,7 +596,7 @@ def _completed(proposal, boards, views, width, height):
         )
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
-    off = distances > WIDTH * result.scales[:, None]
+    off = distances > OUTLIER_SCALES * result.scales[:, None]
     placed = boards.placed(formula, values)
     unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~off
     if unseen.any():

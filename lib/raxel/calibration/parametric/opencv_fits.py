@@ -35,7 +35,7 @@ from raxel.geometry.poses import pose, rotation_from_vector
 
 
 MAX_ZHANG_STEPS, MIN_ZHANG_STEP = 200, 1e-8
-MIN_CORNERS = 6  # a view's six pose parameters and something left to fit
+MIN_N_CORNERS = 6  # a view's six pose parameters and something left to fit
 
 
 class ZhangCalibration(NamedTuple):
@@ -165,10 +165,10 @@ def found_corners(view: BoardView | DenseView) -> tuple[np.ndarray, np.ndarray]:
     view = check_view(view)
     found = np.isfinite(view.pixels[:, 0])
     pixels, points = view.pixels[found], view.points[found]
-    if len(pixels) < MIN_CORNERS:
+    if len(pixels) < MIN_N_CORNERS:
         raise InputError(
             f"{view.name or 'board'}: corners: found {len(pixels)}; at least"
-            f" {MIN_CORNERS} are needed"
+            f" {MIN_N_CORNERS} are needed"
         )
     try:
         homography_dlt(points, pixels)
@@ -180,7 +180,7 @@ def found_corners(view: BoardView | DenseView) -> tuple[np.ndarray, np.ndarray]:
 MAX_STEPS, MIN_STEP = 200, 1e-10
 # Angles that the longer side of the image may span, in radians: OpenCV's own start
 # (pi) does not lead everywhere, and a user would try others.
-SPANS = (np.pi, 2.0, 1.2)
+START_SPANS_RAD = (np.pi, 2.0, 1.2)
 
 
 class FisheyeCalibration(NamedTuple):
@@ -238,7 +238,7 @@ def calibrate_opencv_fisheye(
             " different tilts are needed"
         )
     fits, faults = [], []
-    for span in SPANS:
+    for span in START_SPANS_RAD:
         try:
             fits.append(_fitted(views, width, height, max(width, height) / span))
         except CalibrationError as error:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.three_point import (
-    AT_REST,
-    SCORED,
+    COST_TOL,
+    N_SCORING_POINTS,
     RayPose,
     checked_rays,
     motion_of_points,
@@ -37,8 +37,8 @@ from raxel.geometry.poses import nearest_rotation, pose, tangent_bases
 
 # Cosine to the plane's normal below which a ray counts as behind the plane: its point
 # on the plane would lie a hundred times as far out as the plane is away.
-GRAZING = 0.01
-ROUNDING = 1e-15  # angles (radians) of rays and points that are exact
+MIN_INCIDENCE_COSINE = 0.01
+ROUNDING_RAD = 1e-15  # angles (radians) of rays and points that are exact
 
 
 class AngularPose(NamedTuple):
@@ -115,7 +115,7 @@ def facing_plane_normal(directions: ArrayLike) -> NDArray[np.float64]:
     mean = directions.mean(axis=0)
     mean /= max(np.linalg.norm(mean), 1e-300)
     candidates = np.stack([synthetic_plane_normal(directions), mean, *axes, *-axes])
-    seen = np.count_nonzero(directions @ candidates.T > GRAZING, axis=0)
+    seen = np.count_nonzero(directions @ candidates.T > MIN_INCIDENCE_COSINE, axis=0)
     return candidates[np.argmax(seen)]
 
 
@@ -189,7 +189,7 @@ def grid_pose_ransac(
 ) -> RayPose:
     """Return the pose of a grid in the presence of wrong pairs, by CGSP with RANSAC.
 
-    Samples of four points give homographies, which are scored on up to SCORED points.
+    Samples of four points give homographies, which are scored on up to N_SCORING_POINTS points.
     The best is re-estimated linearly from all its inliers until they no longer change.
 
     Parameters
@@ -241,7 +241,7 @@ def grid_pose_ransac(
     directions, points = checked_rays(directions, points)
     axes, image, ahead = _synthetic_image(directions, normal)
     chosen = np.flatnonzero(ahead)
-    judges = np.sort(rng.permutation(chosen)[:SCORED])
+    judges = np.sort(rng.permutation(chosen)[:N_SCORING_POINTS])
 
     def errors_of(which):
         return lambda H: _errors(directions[which], points[which], axes @ H, metric)
@@ -336,8 +336,8 @@ def refine_pose_angular(
         moved_pose,
         np.array(T_camera_grid, float),
         iterations=most,
-        tolerance=AT_REST,
-        rounding=ROUNDING**2 * np.sum(weights**2),
+        tolerance=COST_TOL,
+        rounding=ROUNDING_RAD**2 * np.sum(weights**2),
     )
     residual, jacobian = angular_system(directions, across, points, T)
     jacobian = (jacobian * weights[:, None, None]).reshape(-1, 6)
@@ -421,7 +421,7 @@ def _synthetic_image(directions, normal):
     normal = normal / np.linalg.norm(normal)
     axes = np.column_stack([tangent_bases(normal[None])[0], normal])
     x = directions @ axes
-    ahead = x[:, 2] > GRAZING
+    ahead = x[:, 2] > MIN_INCIDENCE_COSINE
     if np.count_nonzero(ahead) < 4:
         raise CalibrationError(
             f"pose from rays: {np.count_nonzero(ahead)} of {len(x)} rays meet the"

@@ -25,15 +25,15 @@ from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 
 # Wrong pairs lie beyond this many medians of the distances; no median is less, mm.
-FAR, LEAST_MEDIAN = 6.0, 1e-9
-ROUNDS = 8
-FEWEST = 6  # corners: twelve equations for six numbers
+OUTLIER_MEDIANS, MIN_MEDIAN_MM = 6.0, 1e-9
+MAX_N_ROUNDS = 8
+MIN_N_CORNERS = 6  # corners: twelve equations for six numbers
 # Of the right pairs' cost: where the other tilt's is less, the two are confused.
-ALIKE = 1.5
-APART = 1e-2  # radians between normals that are two
+AMBIGUOUS_COST_RATIO = 1.5
+MIN_NORMAL_DIFFERENCE_RAD = 1e-2  # radians between normals that are two
 # Points far apart whose triples give the start; more of them where the better half of
 # the distances stays above this share of the grid's extent, as wrong pairs leave it.
-TRIPLES_OF, ROUGH = (6, 12), 3e-3
+N_START_POINTS, MAX_START_ERROR = (6, 12), 3e-3
 
 
 class NonCentralPose(NamedTuple):
@@ -84,7 +84,7 @@ def pose_from_non_central_rays(
     Raises
     ------
     CalibrationError
-        Fewer than FEWEST corners have rays ("too-few-points"), most of them fit no pose
+        Fewer than MIN_N_CORNERS corners have rays ("too-few-points"), most of them fit no pose
         ("too-many-outliers"), or the arrays do not fit ("shape", "not-finite").
 
     References
@@ -92,9 +92,9 @@ def pose_from_non_central_rays(
     Thesis (2.26) and section 5.2.2.
     """
     valid = np.asarray(rays.valid, bool)
-    if np.count_nonzero(valid) < FEWEST:
+    if np.count_nonzero(valid) < MIN_N_CORNERS:
         raise CalibrationError(
-            f"grid pose: {np.count_nonzero(valid)} corners have rays; {FEWEST} or more "
+            f"grid pose: {np.count_nonzero(valid)} corners have rays; {MIN_N_CORNERS} or more "
             "are needed",
             code="too-few-points",
         )
@@ -163,18 +163,18 @@ def _better_tilt(origins, directions, points):
     cost = _truncated(origins, directions, points)
     extent = np.linalg.norm(np.ptp(points, axis=0))
     tried = []
-    for count in TRIPLES_OF:
+    for count in N_START_POINTS:
         start = pose_of_spread_triples(directions, points, count)
         start[:3, 3] += viewpoint
         one = _refined(origins, directions, points, start)
         start = other_tilt(one[0], points, viewpoint)
         tried += [one, _refined(origins, directions, points, start)]
         best, *others = sorted(tried, key=cost)
-        if cost(best) <= len(points) / 2 * (ROUGH * extent) ** 2:
+        if cost(best) <= len(points) / 2 * (MAX_START_ERROR * extent) ** 2:
             break
     ambiguous = any(
-        np.abs(best[0][:3, 2] - other[0][:3, 2]).max() > APART
-        and other[2] < ALIKE * best[2]
+        np.abs(best[0][:3, 2] - other[0][:3, 2]).max() > MIN_NORMAL_DIFFERENCE_RAD
+        and other[2] < AMBIGUOUS_COST_RATIO * best[2]
         for other in others
     )
     return *best, ambiguous
@@ -193,10 +193,10 @@ def _truncated(origins, directions, points):
 def _refined(origins, directions, points, T):
     """Pose, right pairs (N,) and their cost, mm^2: refined until the pairs agree."""
     right = np.ones(len(points), bool)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         off = _distances(origins, directions, points, T)
-        width = max(np.median(off), LEAST_MEDIAN)
-        now = off <= FAR * width
+        width = max(np.median(off), MIN_MEDIAN_MM)
+        now = off <= OUTLIER_MEDIANS * width
         T, cost = refine_pose_ray_point(
             directions[now], points[now], T, origins=origins[now]
         )

@@ -29,8 +29,8 @@ from raxel.geometry.poses import pose, rotation_from_vector
 # Source: Haralick, Lee, Ottenberg, Nölle 1994, doi:10.1007/BF02028352.
 
 
-NEARLY_REAL = 1e-3  # a double root leaves the real axis by the root of the rounding
-AGREEMENT = 1e-7  # relative error of the squared distances of an accepted solution
+REAL_ROOT_TOL = 1e-3  # a double root leaves the real axis by the root of the rounding
+DISTANCE_TOL = 1e-7  # relative error of the squared distances of an accepted solution
 
 
 def three_point_depths(
@@ -83,7 +83,7 @@ def _grunert(cosines, squares):
     ca, cb, cg = cosines.T
     a, b, c = squares.T
     v = _quartic_roots(_grunert_coefficients(cosines, squares))
-    real = np.abs(v.imag) <= NEARLY_REAL * (1 + np.abs(v))
+    real = np.abs(v.imag) <= REAL_ROOT_TOL * (1 + np.abs(v))
     v = np.where(real, v.real, np.nan)
     ca, cb, cg, a, b, c = (x[:, None] for x in (ca, cb, cg, a, b, c))
     r = (a - c) / b
@@ -164,12 +164,12 @@ def _polished(depths, cosines, squares):
         s = s - np.linalg.solve(normal, transposed @ gap[..., None])[..., 0]
     d, e = s[..., first], s[..., second]
     gap = np.abs(d**2 + e**2 - 2 * d * e * cosine - square)
-    holds = np.all(gap <= AGREEMENT * np.max(square, axis=2, keepdims=True), axis=2)
+    holds = np.all(gap <= DISTANCE_TOL * np.max(square, axis=2, keepdims=True), axis=2)
     return np.where((present & holds)[..., None], s, np.nan)
 
 
-SCORED = 1000  # points that judge a trial pose
-AT_REST = 1e-12  # a cost that falls by a smaller share is at rest
+N_SCORING_POINTS = 1000  # points that judge a trial pose
+COST_TOL = 1e-12  # a cost that falls by a smaller share is at rest
 
 
 class RayPose(NamedTuple):
@@ -275,7 +275,7 @@ def pose_three_point_ransac(
     """
     checked_generator("pose", rng)
     directions, points = checked_rays(directions, points)
-    judges = rng.permutation(len(points))[:SCORED]
+    judges = rng.permutation(len(points))[:N_SCORING_POINTS]
 
     def propose(count):
         picks = _spread_triples(points, rng, count)
@@ -395,7 +395,7 @@ def refine_pose_ray_point(
         moved_pose,
         T,
         iterations=iterations,
-        tolerance=AT_REST,
+        tolerance=COST_TOL,
         rounding=1e-28 * np.sum(weights**2) * np.max(np.abs(points)) ** 2,
     )
     return T, float(costs[-1])

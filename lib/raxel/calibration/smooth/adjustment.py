@@ -32,15 +32,18 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both TRIED_FIRST on
-TRIED_FIRST = 5, 9
-MAX_PARTS = 6  # of boards, kept out in turn
-WIDTH, RAYLEIGH = 6.0, 1.1774  # of the biweight; median distance at unit scale
+SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both START_INDICES on
+START_INDICES = 5, 9
+MAX_N_FOLDS = 6  # of boards, kept out in turn
+OUTLIER_SCALES, RAYLEIGH_MEDIAN = (
+    6.0,
+    1.1774,
+)  # of the biweight; median distance at unit scale
 # Scales below which no corner counts as wrong: before there is a field, and with it.
 FIRST_SCALE_PX, MIN_SCALE_PX = 0.5, 0.05
-MAX_STEPS, ENOUGH_PX = 30, 1e-5
-CHOSEN_AT = (2, 5)  # steps at which cells and smoothness are chosen
-MIN_CORNERS = 6  # of a board
+MAX_N_STEPS, STEP_TOL_PX = 30, 1e-5
+SELECTION_STEPS = (2, 5)  # steps at which cells and smoothness are chosen
+MIN_N_CORNERS = 6  # of a board
 
 
 class SplineAdjustment(NamedTuple):
@@ -118,15 +121,15 @@ def adjust_spline(
         six corners.
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
-    part = np.arange(len(T)) % MAX_PARTS
+    part = np.arange(len(T)) % MAX_N_FOLDS
     grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
     control = choice.grid.blank  # type: ignore[attr-defined]
-    for step in range(MAX_STEPS):
+    for step in range(MAX_N_STEPS):
         linear = linear_part.linearised(trend, T, corners, control, choice.grid)
         _check(linear, corners, len(T))
-        weights, _ = _weights(linear.off, early=step <= CHOSEN_AT[0])
-        if step in CHOSEN_AT:
+        weights, _ = _weights(linear.off, early=step <= SELECTION_STEPS[0])
+        if step in SELECTION_STEPS:
             choice = _chosen(corners, linear, weights, grids, part)
         of = linear_part.equations(corners, linear, weights, choice.grid, part)
         parts = linear_part.normal_parts(of, choice.grid)
@@ -137,7 +140,7 @@ def adjust_spline(
         control = np.ascontiguousarray(
             c.reshape(2, *choice.grid.shape).transpose(1, 2, 0)  # type: ignore[attr-defined]
         )
-        if step > CHOSEN_AT[1] and np.abs(control - before).max() < ENOUGH_PX:
+        if step > SELECTION_STEPS[1] and np.abs(control - before).max() < STEP_TOL_PX:
             break
     return _completed(trend, T, corners, control, choice, of, step + 1, width, height)
 
@@ -157,10 +160,10 @@ def _stacked(boards):
 
 def _check(linear, corners, count):
     imaged = np.bincount(corners.board[linear.imaged], minlength=count)
-    for k in np.flatnonzero(imaged < MIN_CORNERS):
+    for k in np.flatnonzero(imaged < MIN_N_CORNERS):
         raise CalibrationError(
             f"smooth rays: board {k}: the trend images {imaged[k]} of its corners;"
-            f" {MIN_CORNERS} are needed",
+            f" {MIN_N_CORNERS} are needed",
             code="too-few-points",
         )
 
@@ -170,11 +173,11 @@ def _weights(off, early):
     distance = np.linalg.norm(off, axis=1)
     there = np.isfinite(distance)
     least = FIRST_SCALE_PX if early else MIN_SCALE_PX
-    scale = max(float(np.median(distance[there])) / RAYLEIGH, least)
+    scale = max(float(np.median(distance[there])) / RAYLEIGH_MEDIAN, least)
     squares = np.where(there, distance / scale, np.inf) ** 2
     if early:
         return 1 / (1 + squares / 9), scale
-    return np.maximum(1 - squares / WIDTH**2, 0.0) ** 2, scale
+    return np.maximum(1 - squares / OUTLIER_SCALES**2, 0.0) ** 2, scale
 
 
 # --------------------------------------------------------------- cells and smoothness
@@ -210,7 +213,7 @@ def _best_smoothness(of, grid):
         best = min(around, key=score)
         return here if best == here else downhill(best)
 
-    best = min(map(downhill, TRIED_FIRST), key=score)
+    best = min(map(downhill, START_INDICES), key=score)
     return score(best), float(SMOOTHNESS[best])
 
 
@@ -229,7 +232,7 @@ def _completed(trend, T, corners, control, choice, of, steps, width, height):
     residuals = corners.pixels - plain.project(posed).pixels
     _, scale = _weights(residuals, early=False)
     distance = np.linalg.norm(residuals, axis=1)
-    inlier = distance <= WIDTH * scale
+    inlier = distance <= OUTLIER_SCALES * scale
     inverse, taken = _inverse(of, grid, choice.smoothness)
     left = max(2 * np.count_nonzero(inlier) - taken - 6 * len(T), 1)
     sd_px = float(np.sqrt(np.sum(distance[inlier] ** 2) / left))

@@ -22,7 +22,7 @@ from raxel.calibration.parametric.lens_formula import (
 )
 from raxel.calibration.parametric.opencv_fits import found_corners
 from raxel.calibration.smooth.adjustment import (
-    MIN_CORNERS,
+    MIN_N_CORNERS,
     SplineAdjustment,
     adjust_spline,
 )
@@ -32,7 +32,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
 
-THINNED = 2000  # rays of a table that a trend is fitted to
+MAX_N_TREND_RAYS = 2000  # rays of a table that a trend is fitted to
 SHARE_STEP_PX = 8  # of the pixels that shares of the image are counted with
 
 
@@ -178,7 +178,7 @@ def _lens_start(lens):
 def _generic_start(views, width, height, rng, units, side):
     found = calibrate_generic(views, width, height, rng=rng, units=units, side=side)
     v, u = np.nonzero(found.camera.mask)
-    v, u = (a[:: 1 + len(u) // THINNED] for a in (v, u))
+    v, u = (a[:: 1 + len(u) // MAX_N_TREND_RAYS] for a in (v, u))
     rays = found.camera.directions[v, u]
     pixels = np.column_stack([u, v]).astype(float)
     trend = trend_of_rays(pixels, rays, width, height)
@@ -193,7 +193,7 @@ def _laid(start, corners, width, height):
     for k, T in start.T_camera_grid.items():
         solid = start.solid(corners[k][1])
         count = np.count_nonzero(start.trend.project(transform(T, solid)).valid)
-        if count < MIN_CORNERS:
+        if count < MIN_N_CORNERS:
             left_out[k] = f"the trend images {count} of its corners"
         else:
             used.append(k)
@@ -225,8 +225,8 @@ def _completed(laid, width, height):
 # Cauchy's loss, so that wrong rays pull little.
 
 
-MAX_TERMS = 5
-MIN_RAYS = 40
+MAX_N_TERMS = 5
+MIN_N_RAYS = 40
 
 
 class RayTrend(NamedTuple):
@@ -274,15 +274,15 @@ def trend_of_rays(
     CalibrationError
         If there are fewer than 40 rays (code ``too-few-rays``), or no such law is near.
     """
-    if len(pixels) < MIN_RAYS:
+    if len(pixels) < MIN_N_RAYS:
         raise CalibrationError(
-            f"trend of rays: found {len(pixels)} rays; {MIN_RAYS} are needed",
+            f"trend of rays: found {len(pixels)} rays; {MIN_N_RAYS} are needed",
             code="too-few-rays",
         )
     start, R = _start(pixels, directions, width, height)
     corners = np.array([[x, y] for x in (0, width - 1) for y in (0, height - 1)])
     fits = []
-    for terms in range(2, MAX_TERMS + 1):
+    for terms in range(2, MAX_N_TERMS + 1):
         values, scale = _fitted(pixels, directions @ R, start[: 7 + terms])
         try:
             camera = _camera(values, width, height)
@@ -306,7 +306,7 @@ def _passes_pi(values, corners):
 
 
 def _start(pixels, directions, width, height):
-    """Values (7 + MAX_TERMS,) of r = theta and the rotation of an axis at mid-image.
+    """Values (7 + MAX_N_TERMS,) of r = theta and the rotation of an axis at mid-image.
 
     The axes that map the rays best to those of an equidistance lens; its focal length
     by the angles between rays and the one in the middle.
@@ -322,7 +322,7 @@ def _start(pixels, directions, width, height):
     theta = np.minimum(radius / focal, np.pi)
     across = offset / np.maximum(radius, 1e-12)[:, None] * np.sin(theta)[:, None]
     R = nearest_rotation(directions.T @ np.column_stack([across, np.cos(theta)]))
-    values = np.zeros(7 + MAX_TERMS)
+    values = np.zeros(7 + MAX_N_TERMS)
     values[3:5], values[5:7], values[7] = middle, np.log(focal), 1.0
     return values, R
 

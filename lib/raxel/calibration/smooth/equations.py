@@ -31,13 +31,13 @@ from raxel.cameras.tables.interpolation import (
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
 # What is expected of a smooth field before anything is measured. Squared second
-# differences of neighbouring control values count against it, and a share TIE of the
+# differences of neighbouring control values count against it, and a share TIE_WEIGHT of the
 # values' own squares. Control values about whose middle nothing was measured are tied
 # to zero besides: so the field fades where there is no target, and the rays to the
 # trend's. When errors are stated that tie does not count. In a table of rays that tie
-# is FAR of what the data of a cell would weigh: data of which such a value sees a
+# is FAR_TIE_WEIGHT of what the data of a cell would weigh: data of which such a value sees a
 # tail determine it less than that. Corners of boards are few, and every tail counts:
-# there the tie is FADE times their own squares, and weakens with all else that is
+# there the tie is FADE_TIE_WEIGHT times their own squares, and weakens with all else that is
 # expected where corners are exact. Tied firmly next to data that know it well, a
 # field would be bent among them. Polynomials to the third degree count as unknown
 # when errors are stated: a trend that was fitted to the same data has such errors,
@@ -46,7 +46,7 @@ from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 # doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a fit).
 
 
-TIE, FAR, FADE = 1 / 4, 1e-3, 1.0
+TIE_WEIGHT, FAR_TIE_WEIGHT, FADE_TIE_WEIGHT = 1 / 4, 1e-3, 1.0
 
 
 def penalty_matrix(shape):
@@ -62,7 +62,7 @@ def penalty_matrix(shape):
                           _differences(columns, (-1.0, 1.0))),
     ]  # fmt: skip
     total = sum(part.T @ part for part in bends)
-    return (total + TIE * eye_array(rows * columns)).tocsr()
+    return (total + TIE_WEIGHT * eye_array(rows * columns)).tocsr()
 
 
 def far_from_data(covered):
@@ -209,8 +209,8 @@ def _add(pixels, values, weights, part, spacing, normal, right, squares, total, 
                         normal[f, j + k, i + m, p - k, q - m + 3] += share * d[p] * b[q]
 
 
-STEP = 1e-5  # of a point's distance, for how its image moves
-GAUGE = 1e3  # times the largest of the normal matrix, against common rotations
+RELATIVE_STEP = 1e-5  # of a point's distance, for how its image moves
+GAUGE_WEIGHT = 1e3  # times the largest of the normal matrix, against common rotations
 
 
 class CornersOfBoards(NamedTuple):
@@ -276,7 +276,7 @@ def grid_of(cells, width, height, pixels):
     spacing = max(width, height) / cells
     shape = control_shape(width, height, spacing)
     far = far_from_data(covered_cells(pixels, shape, spacing))
-    return FieldGrid(cells, spacing, shape, _penalty(shape), FADE * far)
+    return FieldGrid(cells, spacing, shape, _penalty(shape), FADE_TIE_WEIGHT * far)
 
 
 @lru_cache(maxsize=8)
@@ -329,7 +329,7 @@ def linearised(trend, T_camera_grid, corners, control, grid):
 
 def image_slopes(trend, points):
     """How the images of points (N, 3) move with them: (N, 2, 3), by differences."""
-    step = STEP * np.linalg.norm(points, axis=1)
+    step = RELATIVE_STEP * np.linalg.norm(points, axis=1)
     slopes = np.empty((len(points), 2, 3))
     for axis, direction in enumerate(np.eye(3)):
         shift = step[:, None] * direction
@@ -418,7 +418,7 @@ def normal_matrix(parts, smoothness):
 def held(of):
     """(2K, 2K): the field has no part in common rotations."""
     most = np.diagonal(of.normal.sum(axis=0)).max()
-    return GAUGE * most * of.gauge @ of.gauge.T
+    return GAUGE_WEIGHT * most * of.gauge @ of.gauge.T
 
 
 def twice(penalty):

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from raxel.calibration.smooth.boards import MIN_RAYS, trend_of_rays
+from raxel.calibration.smooth.boards import MIN_N_RAYS, trend_of_rays
 from raxel.calibration.smooth.equations import (
-    FAR,
+    FAR_TIE_WEIGHT,
     FieldSums,
     band_of,
     band_product,
@@ -33,12 +33,12 @@ from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose
 
 CELLS = (4, 8, 16, 32)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from TRIED_FIRST on
-TRIED_FIRST = 7
-PARTS = 5  # kept out in turn
-PILOT = 20_000  # rays that trend and gross errors are found from
-GROSS, MIN_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
-RAYLEIGH = 1.1774  # median distance where coordinates scatter by 1
+SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from START_INDEX on
+START_INDEX = 7
+N_FOLDS = 5  # kept out in turn
+MAX_N_PILOT_RAYS = 20_000  # rays that trend and gross errors are found from
+GROSS_SIGMAS, MIN_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
+RAYLEIGH_MEDIAN = 1.1774  # median distance where coordinates scatter by 1
 BLOCK = 1 << 16
 
 
@@ -132,7 +132,10 @@ def smoothed_rays(
     imaged = np.isfinite(values[:, 0])
     left_out = {"beyond the trend": int(np.count_nonzero(~imaged))}
     pixels, values, weights = pixels[imaged], values[imaged], weights[imaged]
-    size, every = (width, height), slice(None, None, 1 + len(pixels) // PILOT)
+    size, every = (
+        (width, height),
+        slice(None, None, 1 + len(pixels) // MAX_N_PILOT_RAYS),
+    )
     field = _best_field(pixels[every], values[every], weights[every], size, block_px)  # type: ignore[index]
     near = _near(field, pixels, values, weights)
     left_out["gross error"] = int(np.count_nonzero(~near))
@@ -158,7 +161,7 @@ def smoothed_rays(
 
 
 def _fitted_trend(pixels, directions, width, height, centre):
-    every = slice(None, None, 1 + len(pixels) // PILOT)
+    every = slice(None, None, 1 + len(pixels) // MAX_N_PILOT_RAYS)
     found = trend_of_rays(pixels[every], directions[every], width, height)
     return found.camera, pose(found.R_rays_trend, np.asarray(centre, float))
 
@@ -174,12 +177,12 @@ def _displacements(trend, T_table_trend, pixels, directions):
 
 
 def _near(field, pixels, values, weights):
-    """Which values are within GROSS robust standard deviations of a field (N,)."""
+    """Which values are within GROSS_SIGMAS robust standard deviations of a field (N,)."""
     found, _ = field_at(pixels, field.control, field.sums.spacing)
     distance = np.linalg.norm(values - found, axis=1) * np.sqrt(weights)
-    sd = np.median(distance[weights > 0]) / RAYLEIGH
+    sd = np.median(distance[weights > 0]) / RAYLEIGH_MEDIAN
     floor = MIN_GROSS_PX * np.sqrt(weights)
-    return (weights > 0) & (distance <= GROSS * sd + floor)
+    return (weights > 0) & (distance <= GROSS_SIGMAS * sd + floor)
 
 
 # --------------------------------------------------------------- cells and smoothness
@@ -187,17 +190,17 @@ def _near(field, pixels, values, weights):
 
 def _best_field(pixels, values, weights, size, block_px):
     """The _Field that predicts best what is kept out, fitted to all."""
-    if len(pixels) < MIN_RAYS:
+    if len(pixels) < MIN_N_RAYS:
         raise CalibrationError(
             f"smooth rays: found {len(pixels)} rays that the trend images; "
-            f"{MIN_RAYS} are needed",
+            f"{MIN_N_RAYS} are needed",
             code="too-few-rays",
         )
     square = _squares(pixels, block_px)
-    part = (square[:, 0] + 2 * square[:, 1]) % PARTS
+    part = (square[:, 0] + 2 * square[:, 1]) % N_FOLDS
     best, held_out = (np.inf, None, None, None), {}
     for cells in CELLS:
-        sums = FieldSums(*size, max(size) / cells, PARTS)
+        sums = FieldSums(*size, max(size) / cells, N_FOLDS)
         if held_out and len(pixels) < np.prod(sums.shape):
             break
         sums.add(pixels, values, weights, part)
@@ -214,7 +217,7 @@ def _best_field(pixels, values, weights, size, block_px):
 
 
 def _best_smoothness(sums):
-    """(score, smoothness): downhill from TRIED_FIRST, one after the other."""
+    """(score, smoothness): downhill from START_INDEX, one after the other."""
     scores = {}
 
     def score(k):
@@ -222,7 +225,7 @@ def _best_smoothness(sums):
             scores[k] = _held_out(sums, SMOOTHNESS[k])
         return scores[k]
 
-    here = TRIED_FIRST
+    here = START_INDEX
     while True:
         around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
         best = min(around, key=score)
@@ -241,7 +244,7 @@ def _held_out(sums, smoothness):
     total, right = sums.band(slice(None)), sums.right.sum(axis=0).reshape(-1, 2)
     total += _penalty(sums, smoothness)
     score = 0.0
-    for part in range(PARTS):
+    for part in range(N_FOLDS):
         rest = right - sums.right[part].reshape(-1, 2)
         score += sums.quadratic(part, _solved(total - sums.band([part]), rest))
     return score
@@ -253,7 +256,7 @@ def _penalty(sums, smoothness, ties=True):
     of_a_cell = sums.weights.sum() / max(np.count_nonzero(sums.cells), 1)
     band = smoothness * _penalty_band(sums.shape)
     if ties:
-        band[0] += FAR * far_from_data(sums.cells > 0)
+        band[0] += FAR_TIE_WEIGHT * far_from_data(sums.cells > 0)
     return of_a_cell * band
 
 
@@ -295,7 +298,7 @@ def _uncertainty(field):
     )
     left = max(sums.cells.sum() - taken, 1)
     squares = sum(
-        sums.quadratic(part, field.control.reshape(-1, 2)) for part in range(PARTS)
+        sums.quadratic(part, field.control.reshape(-1, 2)) for part in range(N_FOLDS)
     )
     return float(np.sqrt(max(squares, 0.0) / (2 * left))), inverse
 

@@ -122,7 +122,9 @@ def refuse_parallel(rotations, method, needed):
 # its tests count them together, as they do the corners of one photograph.
 
 
-NEAR = 0.01  # of the board's radius in the image: no two are held so still by chance
+DUPLICATE_DISTANCE = (
+    0.01  # of the board's radius in the image: no two are held so still by chance
+)
 
 
 def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
@@ -146,7 +148,9 @@ def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
         if view.every_pixel:
             continue
         radius = np.sqrt(np.nanmean(np.nanvar(view.pixels, axis=0)))
-        near = [j for j in kept if _apart(views[j], view) <= NEAR * radius]
+        near = [
+            j for j in kept if _apart(views[j], view) <= DUPLICATE_DISTANCE * radius
+        ]
         if near:
             first[k] = near[0]
         else:
@@ -267,8 +271,8 @@ def shaped(flat, shape):
 
 
 BLOCK = 1 << 15  # pixels handled at once
-FEW = 1 << 10  # of them tested against every cell at once
-TOUCH = 1e-9  # px: a pixel this close to an edge counts as inside
+PENDING_BLOCK = 1 << 10  # of them tested against every cell at once
+EDGE_TOL_PX = 1e-9  # px: a pixel this close to an edge counts as inside
 NEAREST_FIRST = sorted(
     ((u, v) for u in (-1, 0, 1) for v in (-1, 0, 1)),
     key=lambda s: s[0] ** 2 + s[1] ** 2,
@@ -642,8 +646,8 @@ def pixel_runs(cells, width, height, step=1):
 
     A row crosses a convex cell in one interval, whose ends are where it meets edges.
     """
-    low = np.ceil((cells.corners[..., 1].min(axis=1) - TOUCH) / step)
-    high = np.floor((cells.corners[..., 1].max(axis=1) + TOUCH) / step)
+    low = np.ceil((cells.corners[..., 1].min(axis=1) - EDGE_TOL_PX) / step)
+    high = np.floor((cells.corners[..., 1].max(axis=1) + EDGE_TOL_PX) / step)
     low = np.clip(low, 0, height).astype(int)
     count = np.clip(high, -1, (height - 1) // step).astype(int) - low + 1
     count = np.maximum(count, 0)
@@ -651,7 +655,7 @@ def pixel_runs(cells, width, height, step=1):
     row = np.arange(len(cell)) + np.repeat(low - np.cumsum(count) + count, count)
     a, b, c = np.moveaxis(cells.edges[cell], 2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ends = -(b * (step * row)[:, None] + c + TOUCH) / a
+        ends = -(b * (step * row)[:, None] + c + EDGE_TOL_PX) / a
     # An edge along the row (0 / 0 at worst) bounds nothing in the rows of its cell.
     left = np.nanmax(np.where(a > 0, ends, -np.inf), axis=1, initial=-1)
     right = np.nanmin(np.where(a < 0, ends, np.inf), axis=1, initial=width)
@@ -698,16 +702,16 @@ def _enclosing_cells(pixels, cells, labels, origin, near):
         label = labels[v, u]
         edges = cells.edges[label]
         gap = np.einsum("mek,mk->me", edges[..., :2], pixels[pending]) + edges[..., 2]
-        holds = (label >= 0) & np.all(gap >= -TOUCH, axis=1)
+        holds = (label >= 0) & np.all(gap >= -EDGE_TOL_PX, axis=1)
         found[pending[holds]] = label[holds]
         pending = pending[~holds]
         if len(pending) == 0:
             return found
     # At a sharp corner its neighbours may have painted over a cell altogether.
-    for start in range(0, len(pending), FEW):
-        few = pending[start : start + FEW]
+    for start in range(0, len(pending), PENDING_BLOCK):
+        few = pending[start : start + PENDING_BLOCK]
         gap = cells.edges[..., :2] @ pixels[few].T + cells.edges[..., 2:]
-        holds = np.all(gap >= -TOUCH, axis=1)
+        holds = np.all(gap >= -EDGE_TOL_PX, axis=1)
         found[few] = np.where(holds.any(axis=0), holds.argmax(axis=0), -1)
     return found
 

@@ -88,18 +88,18 @@ def sample_boards(
     return BoardSamples(pixels, points[:, used], seen[:, used], step)
 
 
-SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
-MIN_PIXELS = 100
-REACH = 3  # px to either side, for how a point moves with its pixel
-MIN_SIGMA = 1e-6  # mm: no point is known better
-FARTHEST = 1e6  # mm: no monitor is larger, and no point less certain
+N_SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
+MIN_N_PIXELS = 100
+DERIVATIVE_REACH_PX = 3  # px to either side, for how a point moves with its pixel
+MIN_SIGMA_MM = 1e-6  # mm: no point is known better
+MAX_COORDINATE_MM = 1e6  # mm: no monitor is larger, and no point less certain
 
 
 class DenseView(NamedTuple):
     """Hold one view of an active grid; `dense_view` makes it.
 
     The first six attributes are those of a BoardView, for a lattice of pixels: every
-    step-th column and row of the image. The step is the largest for which about SAMPLES
+    step-th column and row of the image. The step is the largest for which about N_SAMPLES
     pixels or more remain.
 
     The ray table weights the points of a pixel with 1/sigma^2, and a misfit is compared
@@ -259,7 +259,7 @@ def dense_view(
     Parameters
     ----------
     location : ndarray, shape (H, W, 2)
-        Point of the grid that each pixel sees; NaN (or beyond FARTHEST) where unknown.
+        Point of the grid that each pixel sees; NaN (or beyond MAX_COORDINATE_MM) where unknown.
     sigma : array_like, shape (H, W, 2), or None
         Standard deviations in the same unit; None where unknown.
     mask : array_like of bool, shape (H, W), or None
@@ -277,7 +277,7 @@ def dense_view(
     InputError
         If the shapes do not fit.
     CalibrationError
-        If fewer than MIN_PIXELS pixels have a point.
+        If fewer than MIN_N_PIXELS pixels have a point.
 
     Examples
     --------
@@ -304,17 +304,17 @@ def dense_view(
     else:
         deviations = _fitting(name, "sigma", _single(sigma), location.shape)
         seen &= (deviations >= 0).all(axis=2)
-        deviations = np.maximum(deviations, MIN_SIGMA)
+        deviations = np.maximum(deviations, MIN_SIGMA_MM)
     count = np.count_nonzero(seen)
-    if count < MIN_PIXELS:
+    if count < MIN_N_PIXELS:
         raise CalibrationError(
             f"{name}: found {count} pixels with a point on both axes; at least "
-            f"{MIN_PIXELS} are needed",
+            f"{MIN_N_PIXELS} are needed",
             code="too-few-points",
         )
     location[~seen] = deviations[~seen] = np.nan
     whole = whole_cells(location, None if sigma is None else deviations)
-    step = max(1, int(np.sqrt(count / SAMPLES)))
+    step = max(1, int(np.sqrt(count / N_SAMPLES)))
     pixels = _lattice(seen, step)
     rows, columns, _ = pixels.shape
     pixels = pixels.reshape(-1, 2)
@@ -337,10 +337,12 @@ def dense_view(
 
 
 def _single(values):
-    """In single precision, NaN where they are beyond FARTHEST."""
+    """In single precision, NaN where they are beyond MAX_COORDINATE_MM."""
     values = np.asarray(values)
     with np.errstate(invalid="ignore"):
-        return np.where(np.abs(values) <= FARTHEST, values, np.nan).astype(np.float32)
+        return np.where(np.abs(values) <= MAX_COORDINATE_MM, values, np.nan).astype(
+            np.float32
+        )
 
 
 def _fitting(name, field, array, shape):
@@ -361,11 +363,20 @@ def _slopes(location, u, v):
     """How points move with pixels: (N, 2, 2), columns by u and by v; NaN at a rim."""
     height, width, _ = location.shape
     slopes = np.full((len(u), 2, 2), np.nan)
-    inside = (u >= REACH) & (u < width - REACH) & (v >= REACH) & (v < height - REACH)
+    inside = (
+        (u >= DERIVATIVE_REACH_PX)
+        & (u < width - DERIVATIVE_REACH_PX)
+        & (v >= DERIVATIVE_REACH_PX)
+        & (v < height - DERIVATIVE_REACH_PX)
+    )
     u, v = u[inside], v[inside]
-    slopes[inside, :, 0] = location[v, u + REACH] - location[v, u - REACH]
-    slopes[inside, :, 1] = location[v + REACH, u] - location[v - REACH, u]
-    return slopes / (2 * REACH)
+    slopes[inside, :, 0] = (
+        location[v, u + DERIVATIVE_REACH_PX] - location[v, u - DERIVATIVE_REACH_PX]
+    )
+    slopes[inside, :, 1] = (
+        location[v + DERIVATIVE_REACH_PX, u] - location[v - DERIVATIVE_REACH_PX, u]
+    )
+    return slopes / (2 * DERIVATIVE_REACH_PX)
 
 
 def _in_pixels(sigma, slopes):

@@ -34,7 +34,7 @@ from raxel.geometry.homography import homography_dlt
 # away.
 
 
-NEIGHBOURS = 5  # corners of a line behind one slope, where there are as many
+MAX_N_SLOPE_CORNERS = 5  # corners of a line behind one slope, where there are as many
 
 
 def refined_lattice(lattice, factor):
@@ -96,7 +96,7 @@ def _slopes(values, axis):
 def _stencils():
     """(first neighbour, weights): slopes at 0 of polynomials through neighbours."""
     found = []
-    for count in range(NEIGHBOURS, 1, -1):
+    for count in range(MAX_N_SLOPE_CORNERS, 1, -1):
         for first in sorted(range(1 - count, 1), key=lambda f: abs(2 * f + count - 1)):
             powers = np.vander(first + np.arange(count), increasing=True).T
             found.append((first, np.linalg.solve(powers, np.eye(count)[1])))
@@ -107,12 +107,12 @@ _STENCILS = _stencils()
 
 
 INTERPOLATIONS = ("homographic", "smooth", "by need")
-TRIAL = 4  # points per cell each way at which the two are compared
-STRAIGHT_PX = 0.015  # a cell of the finer lattice bends no more than this
-FINEST = 16  # of its cells to one of the board, each way
-EXACT_PX = 1e-3  # no corner is known better than this
-MAX_TERMS = 120  # of a polynomial through corners
-MIN_WEIGHT = 0.02  # of the perspective weights, over the largest
+TRIAL_POINTS_PER_CELL = 4  # points per cell each way at which the two are compared
+MAX_CELL_BEND_PX = 0.015  # a cell of the finer lattice bends no more than this
+MAX_SUBDIVISION = 16  # of its cells to one of the board, each way
+MIN_CORNER_SD_PX = 1e-3  # no corner is known better than this
+MAX_N_TERMS = 120  # of a polynomial through corners
+MIN_WEIGHT_RATIO = 0.02  # of the perspective weights, over the largest
 
 
 def interpolated_view(
@@ -176,16 +176,16 @@ def _bends(view, differences):
     too coarse for its bend has a large one and stays homographic: no surface through
     it would be right either.
     """
-    noise = max(corner_variance(view), EXACT_PX**2)
+    noise = max(corner_variance(view), MIN_CORNER_SD_PX**2)
     price = np.prod([_mean_products(count) for count in (view.rows, view.columns)], 0)
     return np.mean(differences**2) > 2 * noise * (price[0] - price[1])
 
 
 def _mean_products(count):
     """Means of S S and S H inside the cells of one line of corners."""
-    place = np.arange(TRIAL * (count - 1) + 1) / TRIAL
+    place = np.arange(TRIAL_POINTS_PER_CELL * (count - 1) + 1) / TRIAL_POINTS_PER_CELL
     inside = place % 1 > 0
-    S = refining_weights(count, TRIAL)[inside]
+    S = refining_weights(count, TRIAL_POINTS_PER_CELL)[inside]
     H = np.maximum(1 - np.abs(place[inside, None] - np.arange(count)), 0)
     return np.mean(np.sum(S * S, axis=1)), np.mean(np.sum(S * H, axis=1))
 
@@ -199,7 +199,7 @@ def corner_variance(view):
     at least is left to judge by; inf where that is too few for any degree.
     """
     found = np.flatnonzero(np.isfinite(view.pixels[:, 0]))
-    i, j, counts = _terms(view, min(3 * len(found) // 4, MAX_TERMS))
+    i, j, counts = _terms(view, min(3 * len(found) // 4, MAX_N_TERMS))
     if len(counts) == 0:
         return np.inf
     y, x = np.divmod(found, view.columns)
@@ -229,7 +229,7 @@ def _terms(view, most):
 def _finer(view, bend):
     """The view of a finer lattice on the surface through the corners, whose cells bend
     by `bend` px at most."""
-    factor = int(np.clip(np.ceil(np.sqrt(bend / STRAIGHT_PX)), 2, FINEST))
+    factor = int(np.clip(np.ceil(np.sqrt(bend / MAX_CELL_BEND_PX)), 2, MAX_SUBDIVISION))
     pixels, points = _surface(view, factor)
     rows, columns = pixels.shape[:2]
     fine = view._replace(
@@ -269,19 +269,21 @@ def _perspective(view):
     found = np.isfinite(view.pixels[:, 0])
     a, b, c = homography_dlt(view.points[found], view.pixels[found])[2]
     values = view.points @ [a, b] + c
-    if values.min() < MIN_WEIGHT * values.max():
+    if values.min() < MIN_WEIGHT_RATIO * values.max():
         return lambda points: np.ones(points.shape[:-1])
     return lambda points: (points @ [a, b] + c) / values.max()
 
 
 def _differences(view):
     """Smooth less homographic positions (K, P, 2) px inside the whole cells."""
-    pixels, points = _surface(view, TRIAL)
+    pixels, points = _surface(view, TRIAL_POINTS_PER_CELL)
     whole = cell_turns(view) != 0
     pixels, points = (
-        np.lib.stride_tricks.sliding_window_view(fine, (TRIAL + 1,) * 2, axis=(0, 1))[
-            ::TRIAL, ::TRIAL, :, 1:-1, 1:-1
-        ][whole].reshape(-1, 2, (TRIAL - 1) ** 2)
+        np.lib.stride_tricks.sliding_window_view(
+            fine, (TRIAL_POINTS_PER_CELL + 1,) * 2, axis=(0, 1)
+        )[::TRIAL_POINTS_PER_CELL, ::TRIAL_POINTS_PER_CELL, :, 1:-1, 1:-1][
+            whole
+        ].reshape(-1, 2, (TRIAL_POINTS_PER_CELL - 1) ** 2)
         for fine in (pixels, points)
     )
     maps = np.linalg.inv(board_cells(view).board_from_pixel)

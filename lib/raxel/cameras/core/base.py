@@ -88,12 +88,12 @@ def _lines(rays):
 
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.
-REMOTE = 1e100
+MAX_COORDINATE = 1e100
 # Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
 MIN_SCALE, MAX_SCALE = 1e-30, 1e30
 # Coefficients of a polynomial, or corners of an outline: the roots of longer
 # polynomials are noise, and finding them takes the cube of their number.
-MAX_IN_A_ROW = 200
+MAX_N_COEFFICIENTS = 200
 
 
 class Rays(NamedTuple):
@@ -246,7 +246,7 @@ def check_size(camera, width, height):
     """Set width and height, or raise InputError naming the field."""
     for name, value in (("width", width), ("height", height)):
         number = np.ndim(value) == 0 and isinstance(value, (int, float, np.number))
-        if not (number and 1 <= value < REMOTE and float(value).is_integer()):
+        if not (number and 1 <= value < MAX_COORDINATE and float(value).is_integer()):
             raise InputError(
                 f"field '{name}': found {value}; give a whole number of pixels"
             )
@@ -256,8 +256,8 @@ def check_size(camera, width, height):
 def checked_array(name, values, shape):
     """A finite, read-only float64 copy of `values` of this shape.
 
-    None in `shape` stands for up to MAX_IN_A_ROW. Raises InputError naming the field,
-    also for numbers of REMOTE and above.
+    None in `shape` stands for up to MAX_N_COEFFICIENTS. Raises InputError naming the field,
+    also for numbers of MAX_COORDINATE and above.
     """
     try:
         array = np.array(values, dtype=float)
@@ -271,14 +271,14 @@ def checked_array(name, values, shape):
     )
     if not fits:
         raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
-    if max(array.shape, default=0) > MAX_IN_A_ROW:
+    if max(array.shape, default=0) > MAX_N_COEFFICIENTS:
         raise InputError(
-            f"field '{name}': shape {array.shape} found; give {MAX_IN_A_ROW} in a row "
+            f"field '{name}': shape {array.shape} found; give {MAX_N_COEFFICIENTS} in a row "
             "at most"
         )
-    if not (np.abs(array) < REMOTE).all():
+    if not (np.abs(array) < MAX_COORDINATE).all():
         raise InputError(
-            f"field '{name}': holds values that are not finite, or beyond {REMOTE:g}"
+            f"field '{name}': holds values that are not finite, or beyond {MAX_COORDINATE:g}"
         )
     array.flags.writeable = False
     return array
@@ -331,7 +331,7 @@ def near_rows(values: ArrayLike, length: int) -> NDArray[np.float64]:
     That is where a value is not finite, or so large that its square might overflow.
     """
     array = as_rows(values, length)
-    near = (np.abs(array) < REMOTE).all(axis=1)
+    near = (np.abs(array) < MAX_COORDINATE).all(axis=1)
     return np.where(near[:, None], array, np.nan)  # type: ignore[index]
 
 

@@ -5,8 +5,8 @@ import numpy as np
 # Five-point central difference: offsets in steps, and weights.
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 # A relative size below which a determinant or a split of two roots is rounding.
-TINY = 1e-9
-SPLIT = 1e-6
+RELATIVE_TOL = 1e-9
+DOUBLE_ROOT_TOL = 1e-6
 
 
 def caustic_points(camera, pixels, step=0.25):
@@ -67,14 +67,14 @@ def _singular_steps(A, B):
         middle = (M[:, 0, 0] + M[:, 1, 1]) / 2
         half = (M[:, 0, 0] - M[:, 1, 1]) / 2
         square = half**2 + M[:, 0, 1] * M[:, 1, 0]
-        near = square >= -((SPLIT * np.abs(middle)) ** 2)
+        near = square >= -((DOUBLE_ROOT_TOL * np.abs(middle)) ** 2)
         gap = np.sqrt(np.where(near, np.maximum(square, 0), np.nan))
-        whole = np.abs(det) > TINY * size
+        whole = np.abs(det) > RELATIVE_TOL * size
         two = np.stack([middle - gap, middle + gap], axis=1) / det[:, None]
         two.sort(axis=1)
         # B singular: one root went to infinity and the linear equation is left.
         det_A = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
-        bent = np.abs(middle) > TINY * np.sqrt(size * np.sum(A**2, axis=(1, 2)))
+        bent = np.abs(middle) > RELATIVE_TOL * np.sqrt(size * np.sum(A**2, axis=(1, 2)))
         one = np.where(bent, det_A / (2 * middle), np.nan)
         single = np.stack([one, np.full_like(one, np.nan)], axis=1)
         return np.where(whole[:, None], two, single)

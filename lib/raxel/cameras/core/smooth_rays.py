@@ -18,13 +18,13 @@ import numpy as np
 from raxel.cameras.core.base import Rays
 
 # Side of a tile at most, and how far its nodes reach beyond it, px.
-TILE, MARGIN = 16.0, 1.0
-NODES = 7
-NODES_AT = -np.cos(np.pi * np.arange(NODES) / (NODES - 1))
+TILE_PX, MARGIN_PX = 16.0, 1.0
+N_NODES = 7
+NODE_POSITIONS = -np.cos(np.pi * np.arange(N_NODES) / (N_NODES - 1))
 # Of a tile's Chebyshev series the terms of highest degree must be below this many px,
 # or below rounding. Those left out are much smaller again.
-LAST_TERMS_PX, ROUNDING = 1e-6, 1e-13
-TILES_AT_ONCE = 1 << 11
+LAST_TERMS_TOL_PX, ROUNDING_TOL = 1e-6, 1e-13
+TILE_BLOCK = 1 << 11
 # What a tile is that has no polynomial: not looked at, exact rays, no ray at all.
 UNKNOWN, EXACT, EMPTY = -1, -2, -3
 
@@ -45,16 +45,16 @@ class SmoothRays:
     def __init__(self, camera):
         self.camera = camera
         full = np.array([camera.width, camera.height])
-        self._count = np.ceil(full / TILE).astype(int)
+        self._count = np.ceil(full / TILE_PX).astype(int)
         self._size = full / self._count
         self._tiles = np.full(self._count[::-1], UNKNOWN)
-        u, v = ((np.arange(n) + 0.5) * TILE for n in self._count)
+        u, v = ((np.arange(n) + 0.5) * TILE_PX for n in self._count)
         seen = camera.rays(_pairs(u, v))
         first = seen.origins[np.argmax(seen.valid)]
         one = np.all((seen.origins == first) | ~seen.valid[:, None])
         self._origin = first[None] if camera.central and one else None
         # Room for all tiles; memory that is never written is never taken.
-        self._directions = np.empty((self._tiles.size, NODES, NODES, 3))
+        self._directions = np.empty((self._tiles.size, N_NODES, N_NODES, 3))
         self._origins = np.empty_like(self._directions)
         self._known = 0
 
@@ -122,18 +122,20 @@ class SmoothRays:
     def _look_at(self, wanted):
         """Find what the wanted tiles (rows, columns) are that are unknown."""
         rows, columns = np.nonzero(wanted & (self._tiles == UNKNOWN))
-        for first in range(0, len(rows), TILES_AT_ONCE):
-            part = slice(first, first + TILES_AT_ONCE)
+        for first in range(0, len(rows), TILE_BLOCK):
+            part = slice(first, first + TILE_BLOCK)
             self._look_at_some(rows[part], columns[part])
 
     def _look_at_some(self, rows, columns):
         u, v = (
-            -0.5 + (tile[:, None] + 0.5) * size + NODES_AT * (size / 2 + MARGIN)
+            -0.5
+            + (tile[:, None] + 0.5) * size
+            + NODE_POSITIONS * (size / 2 + MARGIN_PX)
             for tile, size in zip((columns, rows), self._size, strict=True)
         )
         u, v = np.broadcast_arrays(u[:, None, :], v[:, :, None])
         rays = self.camera.rays(np.column_stack([u.ravel(), v.ravel()]))
-        shape = len(rows), NODES, NODES, 3
+        shape = len(rows), N_NODES, N_NODES, 3
         origins, directions = (field.reshape(shape) for field in rays[:2])
         valid = rays.valid.reshape(shape[:3])
         good = valid.all(axis=(1, 2))
@@ -153,8 +155,8 @@ def _pairs(u, v):
 
 
 def _chebyshev():
-    """Coefficients (NODES, NODES) of T_0, T_1, ... from values at the nodes."""
-    series = np.polynomial.chebyshev.chebvander(NODES_AT, NODES - 1)
+    """Coefficients (N_NODES, N_NODES) of T_0, T_1, ... from values at the nodes."""
+    series = np.polynomial.chebyshev.chebvander(NODE_POSITIONS, N_NODES - 1)
     return np.linalg.inv(series)
 
 
@@ -162,17 +164,19 @@ TO_SERIES = _chebyshev()
 
 
 def _smooth(values):
-    """Whether the series of tiles (n, NODES, NODES, 3) end in terms near zero."""
+    """Whether the series of tiles (n, N_NODES, N_NODES, 3) end in terms near zero."""
     last = TO_SERIES[-1]
     down = np.einsum("j,njkc,lk->nlc", last, values, TO_SERIES)
     across = np.einsum("k,njkc,lj->nlc", last, values, TO_SERIES)
     terms = np.abs(down).sum(axis=1) + np.abs(across).sum(axis=1)
-    per_px = np.ptp(values, axis=(1, 2)).max(axis=1) / TILE
+    per_px = np.ptp(values, axis=(1, 2)).max(axis=1) / TILE_PX
     size = np.abs(values).max(axis=(1, 2, 3))
-    return terms.max(axis=1) <= LAST_TERMS_PX * per_px + ROUNDING * size
+    return terms.max(axis=1) <= LAST_TERMS_TOL_PX * per_px + ROUNDING_TOL * size
 
 
-LAGRANGE = 1 / np.prod(NODES_AT[:, None] - NODES_AT + np.eye(NODES), axis=1)
+LAGRANGE = 1 / np.prod(
+    NODE_POSITIONS[:, None] - NODE_POSITIONS + np.eye(N_NODES), axis=1
+)
 
 
 @numba.njit(cache=True)
@@ -184,7 +188,7 @@ def _places(values, size, count):
         # Neither what is not a number nor what is too large for one makes an index.
         inside = 0 <= from_edge < count * size
         tile[n] = int(from_edge / size) if inside else (count - 1) * (from_edge > 0)
-        x[n] = (from_edge - (tile[n] + 0.5) * size) / (size / 2 + MARGIN)
+        x[n] = (from_edge - (tile[n] + 0.5) * size) / (size / 2 + MARGIN_PX)
     return tile, x
 
 
@@ -192,19 +196,19 @@ def _places(values, size, count):
 def _weight_into(weights, x):
     """Weights of the nodes' values for the value at x: Lagrange's polynomials."""
     left = 1.0
-    for k in range(NODES):
+    for k in range(N_NODES):
         weights[k] = left * LAGRANGE[k]
-        left *= x - NODES_AT[k]
+        left *= x - NODE_POSITIONS[k]
     right = 1.0
-    for k in range(NODES - 1, -1, -1):
+    for k in range(N_NODES - 1, -1, -1):
         weights[k] *= right
-        right *= x - NODES_AT[k]
+        right *= x - NODE_POSITIONS[k]
 
 
 @numba.njit(cache=True)
 def _weights(x):
-    """Weights (N, NODES) for values at x (N,)."""
-    weights = np.empty((len(x), NODES))
+    """Weights (N, N_NODES) for values at x (N,)."""
+    weights = np.empty((len(x), N_NODES))
     for n in range(len(x)):
         _weight_into(weights[n], x[n])
     return weights
@@ -215,7 +219,7 @@ def _on_grid(values, tiles, column, wu, row, wv):
     """Values (m * n, 3) on a grid; column, wu of its n abscissae, row, wv of m."""
     n = len(column)
     out = np.empty((len(row) * n, 3))
-    inner = np.empty((NODES, 3))
+    inner = np.empty((N_NODES, 3))
     for r in range(len(row)):
         here = -1
         for p in range(n):
@@ -225,15 +229,15 @@ def _on_grid(values, tiles, column, wu, row, wv):
                 continue
             if tile != here:
                 here = tile
-                for k in range(NODES):
+                for k in range(N_NODES):
                     for c in range(3):
                         total = 0.0
-                        for j in range(NODES):
+                        for j in range(N_NODES):
                             total += wv[r, j] * values[tile, j, k, c]
                         inner[k, c] = total
             for c in range(3):
                 total = 0.0
-                for k in range(NODES):
+                for k in range(N_NODES):
                     total += wu[p, k] * inner[k, c]
                 out[r * n + p, c] = total
     return out
@@ -243,7 +247,7 @@ def _on_grid(values, tiles, column, wu, row, wv):
 def _at_points(values, tile, x, y):
     """Values (N, 3) in tiles (N,) at x, y (N,)."""
     out = np.empty((len(tile), 3))
-    wu, wv = np.empty(NODES), np.empty(NODES)
+    wu, wv = np.empty(N_NODES), np.empty(N_NODES)
     for n in range(len(tile)):
         if tile[n] < 0:
             out[n] = np.nan
@@ -252,9 +256,9 @@ def _at_points(values, tile, x, y):
         _weight_into(wv, y[n])
         # Sums in single variables stay in registers: twice as fast as in an array.
         a = b = c = 0.0
-        for j in range(NODES):
+        for j in range(N_NODES):
             d = e = f = 0.0
-            for k in range(NODES):
+            for k in range(N_NODES):
                 d += wu[k] * values[tile[n], j, k, 0]
                 e += wu[k] * values[tile[n], j, k, 1]
                 f += wu[k] * values[tile[n], j, k, 2]

@@ -43,11 +43,11 @@ class NamedFields:
 
 
 # A camera has some hundred parameters at most; only tables of the image have more.
-MAX_NUMBERS = 4096
+MAX_N_PARAMETERS = 4096
 # As in an image set.
-MAX_PIXELS_A_SIDE = 32_000
+MAX_SIDE_PX = 32_000
 # A viewer of a mirror, and mirrors in it.
-DEEPEST = 4
+MAX_NESTING_DEPTH = 4
 
 
 def write_camera(path, kind, fields):
@@ -75,7 +75,7 @@ class CameraFile:
     def __exit__(self, *fault):
         self._archive.close()
 
-    def array(self, name, most=MAX_NUMBERS):
+    def array(self, name, most=MAX_N_PARAMETERS):
         """The array under `name`, of at most `most` numbers."""
         return self._archive.array(name, most)
 
@@ -98,7 +98,7 @@ class CameraFile:
             raise self._fault(name, f"found {value}; a finite number is needed")
         return value.item()
 
-    def numbers(self, name, axes=None, most=MAX_NUMBERS):
+    def numbers(self, name, axes=None, most=MAX_N_PARAMETERS):
         """The real numbers, or truth values, under `name`; axes: how many it has."""
         value = self.array(name, most)
         if axes not in (None, value.ndim):
@@ -142,11 +142,10 @@ class CameraFile:
 
     def _pixels(self, name):
         value = self.number(name)
-        if value != int(value) or not 1 <= value <= MAX_PIXELS_A_SIDE:
+        if value != int(value) or not 1 <= value <= MAX_SIDE_PX:
             raise self._fault(
                 name,
-                f"found {value}; give a whole number of pixels, 1 to "
-                f"{MAX_PIXELS_A_SIDE}",
+                f"found {value}; give a whole number of pixels, 1 to {MAX_SIDE_PX}",
             )
         return int(value)
 
@@ -172,9 +171,10 @@ class CameraFile:
 
     def nested(self, name):
         """The camera in the fields whose names begin with `name` and a dot."""
-        if self.depth == DEEPEST:
+        if self.depth == MAX_NESTING_DEPTH:
             raise self._fault(
-                name, f"a camera in {DEEPEST} others; give one nested less deeply"
+                name,
+                f"a camera in {MAX_NESTING_DEPTH} others; give one nested less deeply",
             )
         return _FilePart(name, self).camera()
 
@@ -189,7 +189,7 @@ class _FilePart(CameraFile):
         self.depth = file.depth + 1
         self.kind = self.text("kind")
 
-    def array(self, name, most=MAX_NUMBERS):
+    def array(self, name, most=MAX_N_PARAMETERS):
         return self._file.array(f"{self._name}.{name}", most)
 
     def shape(self, name):

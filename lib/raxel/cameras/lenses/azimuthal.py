@@ -13,7 +13,7 @@ from raxel.cameras.core.storage import NamedFields
 from raxel.errors import InputError
 
 # Rounding, so that a ray on the rim of the field of view stays inside.
-RIM = 1e-12
+ANGLE_TOL_RAD = 1e-12
 
 
 class AzimuthalCamera(NamedFields, Camera):
@@ -86,7 +86,7 @@ class AzimuthalCamera(NamedFields, Camera):
         # The rim itself belongs to the field of view if it has an image.
         if np.isinf(self.max_radius):
             return angle < self.max_angle
-        return angle <= self.max_angle + RIM
+        return angle <= self.max_angle + ANGLE_TOL_RAD
 
     @staticmethod
     def _at(function, value):
@@ -155,7 +155,7 @@ class AzimuthalCamera(NamedFields, Camera):
             p, _ = self._warp.invert(p)
         with np.errstate(all="ignore"):
             r = np.hypot(*p.T)
-            valid = np.isfinite(r) & (r <= self.max_radius * (1 + RIM))
+            valid = np.isfinite(r) & (r <= self.max_radius * (1 + ANGLE_TOL_RAD))
             angle = np.full(len(r), np.nan)
             angle[valid] = self._angle(np.minimum(r[valid], self.max_radius))
             valid &= self._within(angle)
@@ -190,7 +190,7 @@ def smallest_positive_root(ascending):
     return float(real[real > 0].min(initial=np.inf))
 
 
-NODES = 1025  # of the table that gives the first guess
+N_NODES = 1025  # of the table that gives the first guess
 
 
 def invert_rising(function, slope, targets, high):
@@ -228,10 +228,10 @@ def _bracket(function, targets, high):
     the range, so a guess does not depend on the other targets.
     """
     if np.isfinite(high):
-        nodes = np.linspace(0, high, NODES)
+        nodes = np.linspace(0, high, N_NODES)
         values = np.maximum.accumulate(function(nodes))
         if np.isfinite(values).all():
-            place = np.clip(np.searchsorted(values, targets), 1, NODES - 1)
+            place = np.clip(np.searchsorted(values, targets), 1, N_NODES - 1)
             return nodes[place - 1], nodes[place], np.interp(targets, values, nodes)
     low = np.zeros_like(targets)
     top = np.full_like(targets, min(high, 1.0))

@@ -28,7 +28,7 @@ from raxel.errors import InputError
 
 PROJECTIONS = ("equidistance", "equisolid", "stereographic")
 # Rounding of an angle, so that a ray on the rim of the field of view stays inside.
-RIM = 1e-12
+ANGLE_TOL_RAD = 1e-12
 
 
 class FisheyeCamera(Camera):
@@ -115,7 +115,7 @@ class FisheyeCamera(Camera):
         across = np.hypot(x, y)
         angle = np.arctan2(across, z)
         valid = np.isfinite(points).all(axis=1) & ((across > 0) | (z > 0))
-        valid &= angle <= self.max_angle + RIM
+        valid &= angle <= self.max_angle + ANGLE_TOL_RAD
         pixels = np.full((len(x), 2), np.nan)
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             scale = self._radius_over_distance(across[valid], z[valid])
@@ -142,7 +142,7 @@ class FisheyeCamera(Camera):
             offset = (pixels - self.principal_point) / self.focal_px
             across, z, angle = self._direction(np.hypot(*offset.T))
             d = np.column_stack([offset * across[:, None], z])
-        valid = (angle <= self.max_angle + RIM) & np.isfinite(d).all(axis=1)
+        valid = (angle <= self.max_angle + ANGLE_TOL_RAD) & np.isfinite(d).all(axis=1)
         d = np.where(valid[:, None], d, np.nan)
         return Rays(0.0 * d, d, valid)
 
@@ -170,7 +170,7 @@ class FisheyeCamera(Camera):
     def _direction(self, radius):
         """Unit direction (across / radius, z) and angle at r / f; NaN outside."""
         if self.projection == "equidistance":
-            angle = np.where(radius <= math.pi + RIM, radius, np.nan)
+            angle = np.where(radius <= math.pi + ANGLE_TOL_RAD, radius, np.nan)
             return np.sinc(angle / math.pi), np.cos(angle), angle
         half = radius / 2
         if self.projection == "equisolid":

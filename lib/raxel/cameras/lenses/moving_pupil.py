@@ -17,15 +17,15 @@ from raxel.cameras.core.base import (
 )
 from raxel.cameras.core.storage import NamedFields
 from raxel.cameras.lenses.azimuthal import AzimuthalCamera
-from raxel.cameras.lenses.fisheye import RIM, FisheyeCamera
+from raxel.cameras.lenses.fisheye import ANGLE_TOL_RAD, FisheyeCamera
 from raxel.errors import InputError
 
 # Axial camera: a fisheye whose entrance pupil moves along the axis (2.2.4).
 
 
-AXIAL_ITERATIONS = 100
+MAX_N_AXIAL_STEPS = 100
 # Half the field of view of common fisheye lenses, a little more than 90 degrees.
-USUAL_ANGLE = math.radians(95)
+DEFAULT_MAX_ANGLE_RAD = math.radians(95)
 
 
 class AxialCamera(NamedFields, Camera):
@@ -76,7 +76,7 @@ class AxialCamera(NamedFields, Camera):
         pupil_shift: ArrayLike,
         width: int,
         height: int,
-        max_angle: float = USUAL_ANGLE,
+        max_angle: float = DEFAULT_MAX_ANGLE_RAD,
     ) -> None:
         self._lens = FisheyeCamera(
             projection, focal_px, principal_point, width, height, max_angle
@@ -168,11 +168,11 @@ class AxialCamera(NamedFields, Camera):
         inside a bracket, which bisection keeps.
         """
         low = np.zeros_like(across)
-        high = np.full_like(across, self.max_angle + RIM)
+        high = np.full_like(across, self.max_angle + ANGLE_TOL_RAD)
         start = np.arctan2(across, z)
         angle, done = np.clip(start, low, high), ~np.isfinite(start)
         with np.errstate(all="ignore"):
-            for _ in range(AXIAL_ITERATIONS):
+            for _ in range(MAX_N_AXIAL_STEPS):
                 z0, slope = self.pupil(angle)
                 sine, cosine = np.sin(angle), np.cos(angle)
                 miss = (z - z0) * sine - across * cosine
@@ -198,8 +198,8 @@ def _axial_angle(directions):
     return np.arctan2(np.hypot(x, y), z)
 
 
-ITERATIONS = 60
-ENOUGH = 1e-15
+MAX_N_STEPS = 60
+STEP_TOL_RAD = 1e-15
 
 
 class MovingPupilCamera(NamedFields, Camera):
@@ -328,7 +328,7 @@ def sight_angles(rho, z, shift):
     if not np.any(shift):
         return angle
     with np.errstate(all="ignore"):
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_N_STEPS):
             z0, slope = pupil_heights(angle, shift)
             sine, cosine = np.sin(angle), np.cos(angle)
             miss = (z - z0) * sine - rho * cosine
@@ -337,7 +337,7 @@ def sight_angles(rho, z, shift):
             new = np.clip(angle - step, 0.0, math.pi)
             moved = np.abs(new - angle)
             angle = new
-            if not np.any(moved > ENOUGH + 4e-16 * angle):
+            if not np.any(moved > STEP_TOL_RAD + 4e-16 * angle):
                 break
     return angle
 

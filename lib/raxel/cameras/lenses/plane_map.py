@@ -7,11 +7,11 @@ import numpy as np
 
 BLOCK = 1 << 15
 # Squares of larger values overflow.
-REMOTE = 1e100
-RINGS, SPOKES = 96, 64
-SCAN = 400
+MAX_COORDINATE = 1e100
+N_RINGS, N_SPOKES = 96, 64
+N_SCAN_RADII = 400
 # Farthest radius of an unbounded map: 89.9 degrees off the axis of an image plane.
-FAR = math.tan(math.radians(89.9))
+MAX_RADIUS = math.tan(math.radians(89.9))
 
 
 class PlaneMap(abc.ABC):
@@ -25,7 +25,7 @@ class PlaneMap(abc.ABC):
     """
 
     def __init__(self, radius, azimuths=120):
-        """radius: where the map ends at the latest; an infinite one is cut at FAR."""
+        """radius: where the map ends at the latest; an infinite one is cut at MAX_RADIUS."""
         self.limit = self._first_fold(radius, azimuths)
         self._seeds = None
 
@@ -56,15 +56,15 @@ class PlaneMap(abc.ABC):
         p = np.full(q.shape, np.nan)
         for start in range(0, len(q), BLOCK):
             rows = slice(start, start + BLOCK)
-            near = (np.abs(q[rows]) < REMOTE).all(axis=1)
+            near = (np.abs(q[rows]) < MAX_COORDINATE).all(axis=1)
             p[rows][near] = self._search(q[rows][near])
         return p, np.isfinite(p[:, 0])
 
     def _first_fold(self, radius, azimuths):
         phi = np.linspace(0, 2 * math.pi, azimuths, endpoint=False)
         spoke = np.column_stack([np.cos(phi), np.sin(phi)])
-        radius = min(float(radius), FAR)
-        r = spread(radius, SCAN)
+        radius = min(float(radius), MAX_RADIUS)
+        r = spread(radius, N_SCAN_RADII)
         grid = (r[:, None, None] * spoke).reshape(-1, 2)
         good = self.regular(grid).reshape(len(r), azimuths).all(axis=1)
         if good.all():
@@ -83,8 +83,8 @@ class PlaneMap(abc.ABC):
         """Images of a polar grid, in a search tree, and the grid's points."""
         from scipy.spatial import cKDTree
 
-        r = spread(self.limit, RINGS)
-        phi = 2 * math.pi * np.arange(SPOKES) / SPOKES
+        r = spread(self.limit, N_RINGS)
+        phi = 2 * math.pi * np.arange(N_SPOKES) / N_SPOKES
         p = np.column_stack(
             [np.outer(r, np.cos(phi)).ravel(), np.outer(r, np.sin(phi)).ravel()]
         )

@@ -23,7 +23,7 @@ from raxel.cameras.lenses.plane_map import PlaneMap, determinant
 from raxel.errors import InputError
 
 # How far around the image, in half diagonals, a lifted camera answers.
-REACH = 1.5
+MAP_HALF_DIAGONALS = 1.5
 
 
 def cubic_monomials(p):
@@ -230,7 +230,7 @@ class LiftedRationalCamera(NamedFields, Camera):
             raise InputError("field 'A': mid-image has no direction; give another A")
         self._rotation = _frame_around(lifted[:, 5])
         lifted = self._rotation @ lifted / np.linalg.norm(lifted[:, 5])
-        self._map = LiftedMap(lifted, REACH)
+        self._map = LiftedMap(lifted, MAP_HALF_DIAGONALS)
         if not self._map.limit > 0:
             raise InputError("field 'A': the image folds at its middle; give another A")
         self.max_radius_px = self._map.limit * self._scale

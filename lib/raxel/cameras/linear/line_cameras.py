@@ -208,7 +208,7 @@ class PushbroomCamera(NamedFields, Camera):
 
 
 # Sine of an angle, and share of a length, below which lines or planes count as one.
-SAME = 1e-9
+COINCIDENCE_TOL = 1e-9
 
 
 class XSlitsCamera(NamedFields, Camera):
@@ -277,18 +277,20 @@ class XSlitsCamera(NamedFields, Camera):
         slits = self.slit_directions / length[:, None]
         apart = self.slit_points[1] - self.slit_points[0]
         across = np.cross(slits[0], slits[1])
-        if np.linalg.norm(across) < SAME:
+        if np.linalg.norm(across) < COINCIDENCE_TOL:
             raise InputError(
                 "field 'slit_directions': the slits are parallel; a ray through both "
                 "needs slits that cross"
             )
-        if abs(apart @ across) <= SAME * np.linalg.norm(apart):
+        if abs(apart @ across) <= COINCIDENCE_TOL * np.linalg.norm(apart):
             raise InputError(
                 "field 'slit_points': the slits meet, which makes a pinhole; move them "
                 "apart, or use a camera of kind 'perspective'"
             )
         height = self.slit_points[:, 2] - self.image_distance
-        if np.any((np.abs(height) < SAME) & (np.abs(slits[:, 2]) < SAME)):
+        if np.any(
+            (np.abs(height) < COINCIDENCE_TOL) & (np.abs(slits[:, 2]) < COINCIDENCE_TOL)
+        ):
             raise InputError(
                 "field 'image_distance': the image plane holds a slit; move the plane"
             )
@@ -357,5 +359,7 @@ class XSlitsCamera(NamedFields, Camera):
             sine = np.cross(d[:, None], self._slits)
             square = np.sum(sine**2, axis=2)
             along = -np.sum(np.cross(reach, self._slits) * sine, axis=2) / square
-            valid = (np.abs(d[:, 2]) > SAME) & (square > SAME**2).all(axis=1)
+            valid = (np.abs(d[:, 2]) > COINCIDENCE_TOL) & (
+                square > COINCIDENCE_TOL**2
+            ).all(axis=1)
         return np.where(valid[:, None], d, np.nan), along, valid

@@ -14,7 +14,7 @@ from raxel.geometry.poses import pose, rotation_from_vector
 # The facets of a mirror ball: square mirrors in rows, each glued on a little askew.
 
 
-MAX_FACETS = 5000
+MAX_N_FACETS = 5000
 
 
 def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specimen=0):
@@ -41,10 +41,10 @@ def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specim
         if not 0 <= value <= most:
             raise InputError(f"field '{name}': found {value}; give 0 to {most:.4g}")
     pitch = size + gap
-    if 2 * np.pi * (1 - np.cos(cap)) * (radius / pitch) ** 2 > MAX_FACETS:
+    if 2 * np.pi * (1 - np.cos(cap)) * (radius / pitch) ** 2 > MAX_N_FACETS:
         raise InputError(
             f"field 'facet_size': found {facet_size} on a ball of {ball_radius} mm; "
-            f"give larger ones, {MAX_FACETS} at most"
+            f"give larger ones, {MAX_N_FACETS} at most"
         )
     normals = _normals(radius, pitch, cap)
     if not len(normals):

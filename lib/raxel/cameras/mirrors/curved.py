@@ -19,7 +19,7 @@ from raxel.geometry.poses import inverse_pose, rotate, transform
 
 # A stationary path is a reflection if light retraces it: misses relative to the
 # mirror's radius, and as an angle. Newton ends far below; false solutions far above.
-RETRACE_LENGTH, RETRACE_ANGLE = 1e-7, 1e-7
+RETRACE_LENGTH_TOL, RETRACE_ANGLE_TOL_RAD = 1e-7, 1e-7
 
 
 class MirrorCamera(Camera):
@@ -109,8 +109,8 @@ class MirrorCamera(Camera):
             reach = points - M
             along = np.sum(reach * met.directions, axis=1)
             off = np.linalg.norm(np.cross(reach, met.directions), axis=1)
-            slack = RETRACE_LENGTH * self.mirror.radius
-            straight = off <= RETRACE_ANGLE * along + slack
+            slack = RETRACE_LENGTH_TOL * self.mirror.radius
+            straight = off <= RETRACE_ANGLE_TOL_RAD * along + slack
             seen = self.viewer.project(transform(self.T_viewer_mirror, M)).valid
             return seen & met.valid & (miss <= slack) & (along > 0) & straight
 
@@ -151,12 +151,12 @@ def checked_viewer(viewer):
 BLOCK = 2048
 # Rings and spokes of the grid of starts, and how many of them are tried: a convex
 # mirror has one reflection, a concave one may have several close together.
-CONVEX_GRID, CONCAVE_GRID = (8, 16, 4), (12, 24, 24)
-ITERATIONS = 80
+CONVEX_START_GRID, CONCAVE_START_GRID = (8, 16, 4), (12, 24, 24)
+MAX_N_STEPS = 80
 # Of the chart's extent at the rim: a Newton step this small is the last one needed.
-LAST_STEP = 1e-12
-LONGEST_STEP = 0.3
-MARGIN = 1.5
+STEP_TOL = 1e-12
+MAX_STEP = 0.3
+CHART_MARGIN = 1.5
 
 
 def reflection_points(mirror, points, arrivals, accept):
@@ -219,7 +219,7 @@ def _starts(mirror, points, arrivals):
     places of the grid follow. Last comes the place of the mirror next to a point so
     near to it that the grid is too coarse.
     """
-    rings, spokes, count = CONCAVE_GRID if mirror.inside else CONVEX_GRID
+    rings, spokes, count = CONCAVE_START_GRID if mirror.inside else CONVEX_START_GRID
     extent = mirror.chart_extent
     ring = extent * (np.arange(rings) + 0.5) / rings
     angle = 2 * np.pi * np.arange(spokes) / spokes
@@ -258,17 +258,17 @@ def _newton(mirror, p, points, arrivals):
     Each row goes its own way, so no result depends on its neighbours.
     """
     extent = mirror.chart_extent
-    limit = MARGIN * extent
+    limit = CHART_MARGIN * extent
     p, settled = p.copy(), np.zeros(len(p), bool)
     rows = np.arange(len(p))
     g, H = stationarity(mirror, p, points, arrivals)
     share = np.ones(len(p))
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_N_STEPS):
         with np.errstate(all="ignore"):
             step = _solve(H, -g)
             length = np.linalg.norm(step, axis=1)
-            share_now = share * np.minimum(1, LONGEST_STEP * extent / length)
-        last = length <= LAST_STEP * extent
+            share_now = share * np.minimum(1, MAX_STEP * extent / length)
+        last = length <= STEP_TOL * extent
         trial = p[rows] + step * np.where(last, 1, share_now)[:, None]
         usable = np.linalg.norm(trial, axis=1) < limit
         trial = np.where(usable[:, None], trial, p[rows])

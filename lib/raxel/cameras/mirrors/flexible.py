@@ -16,7 +16,7 @@ from raxel.cameras.core.base import (
 from raxel.cameras.mirrors.curved import MirrorCamera, reflection_points, stationarity
 from raxel.cameras.mirrors.profiles import PROFILES, RunningIntegral, checked_at_loads
 from raxel.cameras.mirrors.quadric import Reflection
-from raxel.cameras.mirrors.sheet_surface import WAVES, Unevenness
+from raxel.cameras.mirrors.sheet_surface import N_WAVES, Unevenness
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 
@@ -33,14 +33,14 @@ from raxel.geometry.poses import pose, rotation_from_vector
 
 # Newton's steps from the flat sheet to the bent one, and the share of the half
 # diagonal at which they have arrived.
-MEETING_STEPS, ARRIVED = 60, 1e-13
+MAX_N_MEETING_STEPS, MEETING_TOL = 60, 1e-13
 # The surface is trusted this share of the sheet beyond its border.
-BEYOND = 0.5
-RIM = 1e-12
-STEEPEST = 1.0
+MAX_EXTRAPOLATION = 0.5
+EDGE_TOL = 1e-12
+MAX_SLOPE = 1.0
 # Rulings so far from the clamp's direction bring the apex into the sheet's reach.
-MOST_RULINGS = np.radians(45)
-GRID = (33, 17)
+MAX_RULING_ANGLE_RAD = np.radians(45)
+GRID_SHAPE = (33, 17)
 
 
 class ClampedMirror:
@@ -67,7 +67,7 @@ class ClampedMirror:
         self._fan = np.tan(self.rulings) / self.size[0]
         self.radius = float(np.hypot(self.size[0] / 2, self.half_width))
         self._middle = np.array([self.size[0] / 2, 0.0])
-        ends = np.append(profile.breaks, self.size[0] * (1 + BEYOND))
+        ends = np.append(profile.breaks, self.size[0] * (1 + MAX_EXTRAPOLATION))
         # Along the edge where the cone is narrowest a load may lie beyond the sheet.
         ends[-1] = max(ends[-1], 1.5 * profile.breaks[-1])
         self._length = RunningIntegral(ends, self._length_rate)
@@ -86,7 +86,7 @@ class ClampedMirror:
                 "long; leave some of it to see"
             )
         near = abs(np.tan(self.rulings)) * self.half_width / length
-        if not (abs(self.rulings) <= MOST_RULINGS and near < 1 / 2):
+        if not (abs(self.rulings) <= MAX_RULING_ANGLE_RAD and near < 1 / 2):
             raise InputError(
                 f"field 'rulings': found {np.degrees(self.rulings):.3g} degrees, which "
                 "bring the cone's apex up to the sheet; give fewer"
@@ -96,7 +96,7 @@ class ClampedMirror:
         x, y = (self._middle + self.radius * self.nodes().reshape(-1, 2)).T
         _, by_x, by_y, *_ = self.height(x, y)
         slope = np.hypot(by_x, by_y).max()
-        if not slope <= STEEPEST:
+        if not slope <= MAX_SLOPE:
             steep = np.degrees(np.arctan(slope))
             raise InputError(
                 f"field 'deflections': the sheet is up to {steep:.0f} degrees steep; "
@@ -105,18 +105,18 @@ class ClampedMirror:
 
     def nodes(self):
         """Chart coordinates (17, 33, 2) spread over the sheet, its border included."""
-        x = np.linspace(0, self.end, GRID[0])
-        y = np.linspace(-self.half_width, self.half_width, GRID[1])
+        x = np.linspace(0, self.end, GRID_SHAPE[0])
+        y = np.linspace(-self.half_width, self.half_width, GRID_SHAPE[1])
         return (np.stack(np.meshgrid(x, y), axis=-1) - self._middle) / self.radius
 
     @property
     def end(self):
         """x of the middle of the free edge, mm."""
         x = self.size[0]
-        for _ in range(MEETING_STEPS):
+        for _ in range(MAX_N_MEETING_STEPS):
             gap = self.flat(np.array([x]), np.zeros(1))[0][0] - self.size[0]
             x -= gap / np.hypot(1, self.profile.at(np.array([x]))[1][0])
-            if abs(gap) <= ARRIVED * self.radius:
+            if abs(gap) <= MEETING_TOL * self.radius:
                 break
         return float(x)
 
@@ -174,8 +174,8 @@ class ClampedMirror:
         """
         with np.errstate(invalid="ignore", over="ignore"):
             x, y = self.flat(points[:, 0], points[:, 1])
-            along = (x >= self.holder) & (x <= self.size[0] * (1 + RIM))
-            return along & (np.abs(y) <= self.half_width * (1 + RIM))
+            along = (x >= self.holder) & (x <= self.size[0] * (1 + EDGE_TOL))
+            return along & (np.abs(y) <= self.half_width * (1 + EDGE_TOL))
 
     def reflect(self, origins, directions):
         """Meet rays with the sheet and turn them: exact to rounding.
@@ -198,11 +198,11 @@ class ClampedMirror:
 
     def _meetings(self, o, d):
         """(points (N, 3), met (N,)): Newton on the height of the ray over the sheet."""
-        reach = BEYOND * self.size
+        reach = MAX_EXTRAPOLATION * self.size
         with np.errstate(all="ignore"):
             t = -o[:, 2] / d[:, 2]
             met = np.zeros(len(o), bool)
-            for _ in range(MEETING_STEPS):
+            for _ in range(MAX_N_MEETING_STEPS):
                 x, y, z = (o + t[:, None] * d).T
                 x = np.clip(x, -reach[0], self.size[0] + reach[0])
                 y = np.clip(y, -self.half_width - reach[1], self.half_width + reach[1])
@@ -210,7 +210,7 @@ class ClampedMirror:
                 rate = d[:, 2] - by_x * d[:, 0] - by_y * d[:, 1]
                 step = (height - z) / rate
                 t = t + step
-                met = np.abs(step) <= ARRIVED * np.maximum(self.radius, np.abs(t))
+                met = np.abs(step) <= MEETING_TOL * np.maximum(self.radius, np.abs(t))
                 if met[np.isfinite(t)].all():
                     break
             points = o + t[:, None] * d
@@ -244,10 +244,10 @@ class ClampedMirror:
 
 # A sheet seen at a smaller angle hides parts of itself, and one so near to the
 # viewer's centre, in mm, touches its lens.
-GRAZING, TOUCHING = np.radians(5), 10.0
+MIN_GRAZING_ANGLE_RAD, MIN_DISTANCE_MM = np.radians(5), 10.0
 # Newton's steps from the reflection in a plane, the longest of them and the last one
 # needed, as shares of the sheet's half diagonal.
-STEPS, LONGEST_STEP, LAST_STEP = 25, 0.3, 1e-12
+MAX_N_STEPS, MAX_STEP, STEP_TOL = 25, 0.3, 1e-12
 
 
 class FlexibleMirrorCamera(MirrorCamera):
@@ -341,9 +341,9 @@ class FlexibleMirrorCamera(MirrorCamera):
     def _check_view(self):
         nodes, _, _ = self._sheet_nodes()
         incidence, near = self._incidence(nodes)
-        if not (self._parallel or near.max() < 1 / TOUCHING):
+        if not (self._parallel or near.max() < 1 / MIN_DISTANCE_MM):
             raise InputError(
-                f"field 'T_viewer_mirror': the mirror comes within {TOUCHING:g} mm of "
+                f"field 'T_viewer_mirror': the mirror comes within {MIN_DISTANCE_MM:g} mm of "
                 "the viewer's centre and touches its lens; move it away"
             )
         if incidence.min() < 0:
@@ -351,12 +351,12 @@ class FlexibleMirrorCamera(MirrorCamera):
                 "field 'T_viewer_mirror': the viewer is behind the mirror; turn it so "
                 "that its z axis points away from the viewer"
             )
-        if incidence.min() < np.sin(GRAZING):
+        if incidence.min() < np.sin(MIN_GRAZING_ANGLE_RAD):
             lowest = np.degrees(np.arcsin(incidence.min()))
             raise InputError(
                 f"field 'T_viewer_mirror': the viewer sees the mirror at down to "
                 f"{lowest:.1f} degrees; turn it, or bend it less, until all of it is "
-                f"seen at {np.degrees(GRAZING):.0f} or more"
+                f"seen at {np.degrees(MIN_GRAZING_ANGLE_RAD):.0f} or more"
             )
 
     def _sheet_nodes(self):
@@ -379,7 +379,7 @@ class FlexibleMirrorCamera(MirrorCamera):
         """Viewer, pose, deflections, rulings; heights and three angles of each wave;
         height and reach of the strain."""
         uneven = self.mirror.unevenness
-        waves = WAVES * 4 if uneven.aberration else 0
+        waves = N_WAVES * 4 if uneven.aberration else 0
         strain = 2 if uneven.strain else 0
         own = len(self.deflections) + int(self.mirror.rulings != 0) + waves + strain
         return self.viewer.parameters + 6 + own
@@ -463,14 +463,14 @@ class FlexibleMirrorCamera(MirrorCamera):
         p = self._plane_reflections(points)
         settled = np.zeros(len(p), bool)
         rows = np.flatnonzero(np.isfinite(p).all(axis=1))
-        for _ in range(STEPS):
+        for _ in range(MAX_N_STEPS):
             with np.errstate(all="ignore"):
                 g, H = stationarity(self.mirror, p[rows], points[rows], self._arrivals)
                 step = -np.linalg.solve(H, g[..., None])[..., 0]
                 length = np.linalg.norm(step, axis=1)
-                step *= np.minimum(1, LONGEST_STEP / length)[:, None]
+                step *= np.minimum(1, MAX_STEP / length)[:, None]
             p[rows] += step
-            last = length <= LAST_STEP
+            last = length <= STEP_TOL
             settled[rows[last]] = True
             going = ~last & np.isfinite(length) & (np.abs(p[rows]).max(axis=1) < 2)
             rows = rows[going]

@@ -28,9 +28,9 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
 # Along a leaving ray, mm: nearer hits are the facet it leaves.
-LEAVING = 1e-9
+MIN_HIT_MM = 1e-9
 # Of a squared distance to a facet, in telling whether a ray passes it by.
-ROUNDING = 1e-11
+DISTANCE_TOL = 1e-11
 
 
 class PlanarMirrorsCamera(Camera):
@@ -229,7 +229,7 @@ class PlanarMirrorsCamera(Camera):
         found = []
         for k, T in enumerate(self.T_viewer_facets):
             height = (corners - T[:3, 3]) @ T[:3, 2] * self._side_of_viewer(k)
-            others = np.flatnonzero(np.maximum.reduceat(height, starts) > LEAVING)
+            others = np.flatnonzero(np.maximum.reduceat(height, starts) > MIN_HIT_MM)
             found.append(others[others != k])
         return np.concatenate(found), np.cumsum([len(others) for others in found])
 
@@ -326,7 +326,7 @@ def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only)
                 square += way * way
                 along += way * directions[n, i]
             # So written that NaN does not pass.
-            if not square - along * along <= spheres[s, 3] + ROUNDING * square:
+            if not square - along * along <= spheres[s, 3] + DISTANCE_TOL * square:
                 s = beyond[s]
                 continue
             k = only[s]
@@ -361,7 +361,7 @@ def _distance(o, d, k, T, corners, ends):
     height = x * T[k, 0, 2] + y * T[k, 1, 2] + z * T[k, 2, 2]
     slope = d[0] * T[k, 0, 2] + d[1] * T[k, 1, 2] + d[2] * T[k, 2, 2]
     far = -height / slope
-    if not far > LEAVING:
+    if not far > MIN_HIT_MM:
         return np.inf
     x, y, z = x + far * d[0], y + far * d[1], z + far * d[2]
     u = x * T[k, 0, 0] + y * T[k, 1, 0] + z * T[k, 2, 0]

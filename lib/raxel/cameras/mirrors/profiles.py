@@ -25,28 +25,28 @@ from raxel.errors import InputError
 
 
 # Smooth derivatives of a bent sheet need some twenty terms on a piece.
-TERMS = 48
-NEGLIGIBLE = 1e-17
+N_TERMS = 48
+COEFFICIENT_TOL = 1e-17
 
 
 class RunningIntegral:
     """Values of the integral of `rate` from breaks[0], straight on outside the breaks.
 
     breaks: (n + 1,) rising, mm; rate(x (m,)) -> (m,), smooth between breaks and
-    continuous. Each piece is the integral of a Chebyshev series of degree TERMS - 1.
+    continuous. Each piece is the integral of a Chebyshev series of degree N_TERMS - 1.
     """
 
     def __init__(self, breaks, rate):
         self.breaks = np.asarray(breaks, float)
         half = np.diff(self.breaks) / 2
-        nodes = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
-        series = np.linalg.inv(chebyshev.chebvander(nodes, TERMS - 1))
+        nodes = np.cos(np.pi * (np.arange(N_TERMS) + 0.5) / N_TERMS)
+        series = np.linalg.inv(chebyshev.chebvander(nodes, N_TERMS - 1))
         x = self.breaks[:-1] + half * (1 + nodes[:, None])
         slopes = series @ np.reshape(rate(x.ravel()), x.shape)
         pieces = chebyshev.chebint(slopes, lbnd=-1, axis=0) * half
         gains = pieces.sum(axis=0)
         pieces[0] += np.concatenate([[0.0], np.cumsum(gains[:-1])])
-        large = np.abs(pieces).max(axis=1) > NEGLIGIBLE * np.abs(pieces).max()
+        large = np.abs(pieces).max(axis=1) > COEFFICIENT_TOL * np.abs(pieces).max()
         self._pieces = pieces[: max(2, np.flatnonzero(large).max(initial=0) + 1)]
         self._half = half
         self._ends = np.array([0.0, gains.sum()])
@@ -63,9 +63,9 @@ class RunningIntegral:
 
 
 # Gauss-Legendre nodes between two loads, and Newton's steps until they arrive.
-NODES, STEPS, ARRIVED = 48, 60, 1e-14
+N_NODES, MAX_N_STEPS, STEP_TOL = 48, 60, 1e-14
 # A sheet at right angles to its clamp has no height over it.
-SINE_LIMIT, SINE_START = 0.98, 0.8
+MAX_SINE, MAX_START_SINE = 0.98, 0.8
 
 
 class BeamProfile:
@@ -238,10 +238,10 @@ def _balanced(loads, forces, deflections):
     count = len(loads)
     if wanted is not None:
         # The beam is softer than the sheet: large deflections start from less.
-        forces /= max(1, _steepest(places, forces) / SINE_START)
+        forces /= max(1, _steepest(places, forces) / MAX_START_SINE)
     if not _upright(places, forces):
         raise too_steep
-    for _ in range(STEPS):
+    for _ in range(MAX_N_STEPS):
         reached, slopes = _reached(places, forces)
         if wanted is None:
             gap, slopes = loads - reached[:count], slopes[:count, :count]
@@ -251,12 +251,12 @@ def _balanced(loads, forces, deflections):
         change = np.concatenate([step, np.zeros(2 * count - len(step))])
         while not _upright(places + change[:count], forces + change[count:]):
             change = change / 2
-            if np.abs(change[:count]).max() < ARRIVED:
+            if np.abs(change[:count]).max() < STEP_TOL:
                 raise too_steep
         places, forces = places + change[:count], forces + change[count:]
         largest = np.abs(forces).max()
-        if np.all(np.abs(change[:count]) <= ARRIVED * loads) and np.all(
-            np.abs(change[count:]) <= ARRIVED * largest
+        if np.all(np.abs(change[:count]) <= STEP_TOL * loads) and np.all(
+            np.abs(change[count:]) <= STEP_TOL * largest
         ):
             break
     else:
@@ -270,7 +270,7 @@ def _upright(places, forces):
     """Whether the loads are in order and the sheet nowhere near a right angle."""
     if places[0] <= 0 or np.any(np.diff(places) <= 0):
         return False
-    return _steepest(places, forces) < SINE_LIMIT
+    return _steepest(places, forces) < MAX_SINE
 
 
 def _steepest(places, forces):
@@ -289,8 +289,8 @@ def _too_steep(forces, deflections):
 
 
 def _nodes(places):
-    """x and weights (k, NODES) of the quadrature from each place to the next."""
-    node, weight = np.polynomial.legendre.leggauss(NODES)
+    """x and weights (k, N_NODES) of the quadrature from each place to the next."""
+    node, weight = np.polynomial.legendre.leggauss(N_NODES)
     first = np.concatenate([[0.0], places[:-1]])
     half = (places - first)[:, None] / 2
     return first[:, None] + half * (1 + node), half * weight

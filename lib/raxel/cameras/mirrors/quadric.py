@@ -41,9 +41,9 @@ SHAPES = {
 }
 SIDES = ("outside", "inside")
 # Rounding of a length relative to the mirror's size, so that its rim is part of it.
-RIM = 1e-12
+EDGE_TOL = 1e-12
 # Along a leaving ray, in radii of curvature: nearer hits are the point it leaves.
-LEAVING = 1e-9
+MIN_HIT_RADII = 1e-9
 
 
 class Reflection(NamedTuple):
@@ -81,7 +81,7 @@ class ConicMirror:
     def _checked_rim(self, rim_radius):
         rim = float(checked_positive("rim_radius", rim_radius))
         widest = self.radius / math.sqrt(self.kappa) if self.kappa > 0 else math.inf
-        if rim > widest * (1 + RIM):
+        if rim > widest * (1 + EDGE_TOL):
             raise InputError(
                 f"field 'rim_radius': found {rim_radius}; the surface is only "
                 f"{widest:g} mm wide from its axis"
@@ -218,7 +218,7 @@ def _reflected(origins, directions, shape, inside):
         length = math.sqrt(u * u + v * v + w * w)
         u, v, w = u / length, v / length, w / length
         for again in _meetings(x, y, z, u, v, w, shape):
-            if LEAVING * radius < again < np.inf:
+            if MIN_HIT_RADII * radius < again < np.inf:
                 break
         else:
             valid[n] = True
@@ -250,9 +250,9 @@ def _meetings(ox, oy, oz, dx, dy, dz, shape):
 def _carries(x, y, z, shape):
     """Whether a point of the quadric lies between hole and rim of the mirror."""
     _, _, hole, rim, height = shape
-    across, scale = math.hypot(x, y), RIM * rim
+    across, scale = math.hypot(x, y), EDGE_TOL * rim
     # A second sheet, or the far half of an ellipsoid, is as wide.
-    middle = height * (1 + RIM) + scale
+    middle = height * (1 + EDGE_TOL) + scale
     return hole - scale <= across <= rim + scale and -scale <= z <= middle
 
 
@@ -282,9 +282,9 @@ def conic_of(shape, axes):
 
 
 # How far from the focus, mm, a viewer may be and still make a central camera.
-AT_FOCUS = 1e-9
+FOCUS_TOL_MM = 1e-9
 # Which way the mirror's axis +z (into the curve) points in an aligned viewer's frame.
-FACING = {"outside": np.eye(3), "inside": np.diag([1.0, -1.0, -1.0])}
+AXIS_ROTATIONS = {"outside": np.eye(3), "inside": np.diag([1.0, -1.0, -1.0])}
 
 
 class QuadricMirrorCamera(MirrorCamera):
@@ -373,7 +373,7 @@ class QuadricMirrorCamera(MirrorCamera):
         """
         side = optional.get("side") or usual_side(shape)
         # A side that is neither is refused by the constructor, with its reason.
-        T = pose(FACING.get(side, FACING["outside"]), [0, 0, distance])
+        T = pose(AXIS_ROTATIONS.get(side, AXIS_ROTATIONS["outside"]), [0, 0, distance])
         return cls(viewer, shape, axes, rim_radius, T, **optional)
 
     @classmethod
@@ -549,11 +549,11 @@ class QuadricMirrorCamera(MirrorCamera):
         near, far = self.mirror.foci
         if self._parallel:
             tilt = np.hypot(*self._axis[:2]) * self.mirror.radius
-            fits = self.shape == "paraboloid" and tilt <= AT_FOCUS
+            fits = self.shape == "paraboloid" and tilt <= FOCUS_TOL_MM
             return np.array([0, 0, near]) if fits else None
         for here, other in ((near, far), (far, near)):
             gap = np.linalg.norm(self._eye - [0, 0, here]) if here < np.inf else np.inf
-            if gap <= AT_FOCUS and np.isfinite(other):
+            if gap <= FOCUS_TOL_MM and np.isfinite(other):
                 return np.array([0, 0, other])
         return None
 

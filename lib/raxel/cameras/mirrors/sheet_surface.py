@@ -16,13 +16,13 @@ from raxel.errors import InputError
 
 # Newton's steps from the flat sheet to the bent one, and the share of the half
 # diagonal at which they have arrived.
-STEPS, ARRIVED = 60, 1e-13
+MAX_N_STEPS, STEP_TOL = 60, 1e-13
 # A sheet's own polynomial is trusted this far beyond its border.
-BEYOND = 1.5
-RIM = 1e-12
+MAX_EXTRAPOLATION = 1.5
+EDGE_TOL = 1e-12
 # Steeper sheets may be met by a ray more than once.
-STEEPEST = 1.0
-GRID = 33
+MAX_SLOPE = 1.0
+GRID_SIZE = 33
 
 
 class SheetMirror:
@@ -45,9 +45,9 @@ class SheetMirror:
         self._check_slope()
 
     def _check_slope(self):
-        x, y = np.meshgrid(*(np.linspace(-h, h, GRID) for h in self.half))
+        x, y = np.meshgrid(*(np.linspace(-h, h, GRID_SIZE) for h in self.half))
         slope = np.hypot(self._value(1, 0, x, y), self._value(0, 1, x, y)).max()
-        if slope > STEEPEST:
+        if slope > MAX_SLOPE:
             steep = np.degrees(np.arctan(slope))
             raise InputError(
                 f"field 'heights': the sheet is up to {steep:.0f} degrees steep; 45 "
@@ -68,7 +68,7 @@ class SheetMirror:
     def carries(self, points):
         """Whether points (N, 3) of the surface are on the sheet."""
         with np.errstate(invalid="ignore"):
-            return np.all(np.abs(points[:, :2]) <= self.half * (1 + RIM), axis=1)
+            return np.all(np.abs(points[:, :2]) <= self.half * (1 + EDGE_TOL), axis=1)
 
     def reflect(self, origins, directions):
         """Meet rays with the sheet and turn them: exact to rounding.
@@ -91,11 +91,11 @@ class SheetMirror:
 
     def _meetings(self, o, d):
         """(points (N, 3), met (N,)): Newton on the height of the ray over the sheet."""
-        limit = BEYOND * self.half
+        limit = MAX_EXTRAPOLATION * self.half
         with np.errstate(all="ignore"):
             t = -o[:, 2] / d[:, 2]
             met = np.zeros(len(o), bool)
-            for _ in range(STEPS):
+            for _ in range(MAX_N_STEPS):
                 x, y, z = (o + t[:, None] * d).T
                 x, y = np.clip(x, -limit[0], limit[0]), np.clip(y, -limit[1], limit[1])
                 gap = z - self._value(0, 0, x, y)
@@ -103,7 +103,7 @@ class SheetMirror:
                 rate -= self._value(0, 1, x, y) * d[:, 1]
                 step = -gap / rate
                 t = t + step
-                met = np.abs(step) <= ARRIVED * np.maximum(self.radius, np.abs(t))
+                met = np.abs(step) <= STEP_TOL * np.maximum(self.radius, np.abs(t))
                 if met[np.isfinite(t)].all():
                     break
             points = o + t[:, None] * d
@@ -154,22 +154,22 @@ def _derivatives(heights, half):
 # What a cheap sheet of mirror has besides its bending: waves, and strained edges.
 # Both are heights over the bent sheet, so small that the length which they add (the
 # square of their slope) is neglected. They are multiplied by 1 - exp(-(x /
-# CLAMPED)^2): the clamp presses the sheet flat, so they vanish there with their
+# CLAMP_TRANSITION_MM)^2): the clamp presses the sheet flat, so they vanish there with their
 # slope.
 
 
 # How far from the clamp the sheet is free again, mm.
-CLAMPED = 15.0
-WAVES = 4
+CLAMP_TRANSITION_MM = 15.0
+N_WAVES = 4
 # Nodes on which the RMS of the waves over the sheet is taken.
-NODES = (97, 65)
+N_NODES = (97, 65)
 
 
 class Unevenness:
     """size: (length from the clamp, width), mm. Heights are mm along z.
 
     aberration: RMS of the waves over the sheet, mm, after the clamp's flattening;
-    wavelengths: (least, greatest), mm: WAVES plane waves of equal height with lengths
+    wavelengths: (least, greatest), mm: N_WAVES plane waves of equal height with lengths
     drawn evenly between them, in directions and phases drawn evenly, from `seed`. The
     waves lie over x and y in the mirror's frame.
     strain: height of the three free edges, mm, falling off as exp(-distance / reach);
@@ -194,15 +194,15 @@ class Unevenness:
                 "least first, then the greatest"
             )
         rng = np.random.default_rng(self.seed)
-        length = rng.uniform(*self.wavelengths, WAVES)
-        angle = rng.uniform(0, 2 * np.pi, WAVES)
-        self._phase = rng.uniform(0, 2 * np.pi, WAVES)
+        length = rng.uniform(*self.wavelengths, N_WAVES)
+        angle = rng.uniform(0, 2 * np.pi, N_WAVES)
+        self._phase = rng.uniform(0, 2 * np.pi, N_WAVES)
         self._wave = 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)])
         self._height = 1.0
         self._height = self.aberration / self._rms()
 
     def _rms(self):
-        share_x, share_y = (np.linspace(0, 1, n) for n in NODES)
+        share_x, share_y = (np.linspace(0, 1, n) for n in N_NODES)
         x, y = np.meshgrid(share_x * self.size[0], (share_y - 0.5) * self.size[1])
         waves = flattened(x.ravel(), self._waves(x.ravel(), y.ravel()))
         return np.sqrt(np.mean(waves[0] ** 2))
@@ -260,10 +260,10 @@ class Unevenness:
 
 def flattened(x, heights):
     """Heights (6, N), as `Unevenness.at` has them, pressed flat next to the clamp."""
-    place = x / CLAMPED
+    place = x / CLAMP_TRANSITION_MM
     bell = np.exp(-(place**2))
-    free, rise = 1 - bell, 2 * place * bell / CLAMPED
-    turn = (2 - 4 * place**2) * bell / CLAMPED**2
+    free, rise = 1 - bell, 2 * place * bell / CLAMP_TRANSITION_MM
+    turn = (2 - 4 * place**2) * bell / CLAMP_TRANSITION_MM**2
     z, by_x, by_y, xx, xy, yy = heights
     return np.stack(
         [

@@ -24,7 +24,7 @@ from raxel.geometry.spline_grids import SplineGrid
 
 QUANTITIES = ("distance", "inverse depth")
 # Places along each side at which a mirror is looked at.
-LOOKS = 13
+N_CHECK_POINTS = 13
 
 
 def depth_rows(grid, p, quantity):
@@ -75,7 +75,7 @@ class SplineMirror:
         self.radius = float(np.linalg.norm(looked - looked.mean(axis=0), axis=1).max())
 
     def _look(self):
-        u, v = (np.linspace(b[0], b[-1], LOOKS) for b in self.grid.breaks)
+        u, v = (np.linspace(b[0], b[-1], N_CHECK_POINTS) for b in self.grid.breaks)
         u, v = np.meshgrid(u, v)
         p = self.grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
         q = self.grid.values(p, self.coefficients)

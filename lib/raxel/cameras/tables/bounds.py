@@ -12,9 +12,9 @@ import numba
 import numpy as np
 
 # Cells along each side of the groups at the foot of the pyramid.
-SIDE = 4
+GROUP_SIDE = 4
 # Room for rounding, in radians.
-SLACK = 1e-9
+ANGLE_TOL_RAD = 1e-9
 
 
 class Bounds(NamedTuple):
@@ -29,7 +29,7 @@ class Bounds(NamedTuple):
 
 
 class BoundPyramid:
-    """Bounds of groups of SIDE x SIDE cells, then of 2 x 2 groups, up to the whole."""
+    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells, then of 2 x 2 groups, up to the whole."""
 
     def __init__(self, table):
         self._table = table
@@ -52,7 +52,7 @@ class BoundPyramid:
             if level is not self._levels[0]:
                 who, u, v = _split(who, u, v, 2)
         table = self._table
-        who, u, v = _split(who, u, v, SIDE)
+        who, u, v = _split(who, u, v, GROUP_SIDE)
         keep = _cells_may_see(points, who, u, v, *table.rows, table.height, table.width)
         return who[keep], u[keep], v[keep]
 
@@ -92,13 +92,13 @@ def _holds(bound, point):
     if reach < length:
         room = np.arcsin(max(reach, 0.0) / length)
         x, y, z = x / length, y / length, z / length
-    return _angle((x, y, z), axis) <= angle + room + SLACK
+    return _angle((x, y, z), axis) <= angle + room + ANGLE_TOL_RAD
 
 
 @numba.njit(cache=True)
 def _foot(directions, origins, height, width):
-    """Bounds of groups of SIDE x SIDE cells; they share the pixels of their borders."""
-    rows, columns = -(-(height - 1) // SIDE), -(-(width - 1) // SIDE)
+    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells; they share the pixels of their borders."""
+    rows, columns = -(-(height - 1) // GROUP_SIDE), -(-(width - 1) // GROUP_SIDE)
     axis, angle = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
     central = len(origins) == 1
     shape = (1, 1) if central else (rows, columns)
@@ -106,8 +106,11 @@ def _foot(directions, origins, height, width):
     centre[0, 0] = origins[0]
     for y in range(rows):
         for x in range(columns):
-            top, left = SIDE * y, SIDE * x
-            down, right = min(top + SIDE + 1, height), min(left + SIDE + 1, width)
+            top, left = GROUP_SIDE * y, GROUP_SIDE * x
+            down, right = (
+                min(top + GROUP_SIDE + 1, height),
+                min(left + GROUP_SIDE + 1, width),
+            )
             ends = top, down, left, right
             bound = _enclosed(directions, origins, width, ends)
             axis[y, x] = bound[0]

@@ -36,8 +36,8 @@ from raxel.geometry.planes import pluecker_matrix_of_rays
 
 
 # Where Newton's method starts in a cell. The centre does, except where noise folds it.
-STARTS = ((0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
-COARSE_CELLS = 1 << 16
+NEWTON_STARTS = ((0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
+MAX_N_COARSE_CELLS = 1 << 16
 SEARCH_BLOCK = 1 << 11
 
 
@@ -70,7 +70,7 @@ class TableInverse:
 
         mask = self._table.mask
         whole = mask[:-1, :-1] & mask[1:, :-1] & mask[:-1, 1:] & mask[1:, 1:]
-        stride = max(1, int(np.ceil(np.sqrt(whole.size / COARSE_CELLS))))
+        stride = max(1, int(np.ceil(np.sqrt(whole.size / MAX_N_COARSE_CELLS))))
         coarse = np.zeros_like(whole)
         coarse[stride // 2 :: stride, stride // 2 :: stride] = True
         v, u = np.nonzero(whole & coarse)
@@ -96,7 +96,7 @@ class TableInverse:
         place = np.full((len(who), 2), np.nan)
         todo = np.ones(len(who), bool)
         rows, width = self._table.rows, self._table.width
-        for start in STARTS:
+        for start in NEWTON_STARTS:
             place[todo] = within_cells(
                 points[who[todo]], cells[todo], start, *rows, width
             )
@@ -134,7 +134,7 @@ class TableInverse:
 
 BLOCK = 1 << 16
 # Of an origin, mm or pitch: fourth powers must not overflow.
-FARTHEST = 1e15
+MAX_ORIGIN = 1e15
 
 
 class GeneralCamera(Camera):
@@ -401,18 +401,18 @@ def _normalise(directions, mask):
 def _blank(origins, mask):
     """Check origins of the mask and put NaN outside it, in place."""
     if origins.ndim == 1:
-        if not (np.abs(origins) < FARTHEST).all():
+        if not (np.abs(origins) < MAX_ORIGIN).all():
             raise InputError(
                 f"field 'origins': found {origins}; it must be finite, below "
-                f"{FARTHEST:g}"
+                f"{MAX_ORIGIN:g}"
             )
         return
-    bad = mask & ~(np.abs(origins) < FARTHEST).all(axis=-1)
+    bad = mask & ~(np.abs(origins) < MAX_ORIGIN).all(axis=-1)
     if bad.any():
         v, u = np.argwhere(bad)[0]
         raise InputError(
             f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite, "
-            f"or beyond {FARTHEST:g}, first at pixel ({u}, {v}); take them out of the "
+            f"or beyond {MAX_ORIGIN:g}, first at pixel ({u}, {v}); take them out of the "
             "mask"
         )
     origins[~mask] = np.nan

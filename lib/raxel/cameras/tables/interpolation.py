@@ -23,7 +23,7 @@ import numpy as np
 
 
 # Newton's steps end here: relative to the position, px, and at most so many.
-ROUNDING, MAX_STEPS = 4e-16, 100
+ROUNDING_TOL, MAX_N_STEPS = 4e-16, 100
 
 
 def control_shape(width: int, height: int, spacing: float) -> tuple[int, ...]:
@@ -164,8 +164,8 @@ def _undisplaced(targets, control, spacing):
     for n in range(len(targets)):
         x, y = targets[n, 0], targets[n, 1]
         u, v, before = x, y, np.inf
-        enough = ROUNDING * (1 + abs(x) + abs(y))
-        for _ in range(MAX_STEPS):
+        enough = ROUNDING_TOL * (1 + abs(x) + abs(y))
+        for _ in range(MAX_N_STEPS):
             _one(u, v, control, spacing, b, out)
             du, dv = u + out[0] - x, v + out[1] - y
             miss = abs(du) + abs(dv)
@@ -185,14 +185,14 @@ def _undisplaced(targets, control, spacing):
     return pixels
 
 
-ROUNDS = 20
+MAX_N_ROUNDS = 20
 # In pixels: a step this small ends the iteration, and a cell reaches this far over its
 # border, so that rounding cannot lose a point between two cells.
-STEP = 1e-10
+STEP_TOL_PX = 1e-10
 # Sine of the angle by which a ray may miss its point. Rounding alone stays below it.
-MISS = 1e-11
+MAX_MISS_SINE = 1e-11
 # How far outside a cell Newton's method may look, in cells.
-ASTRAY = 1.0
+MAX_OUTSIDE_CELLS = 1.0
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -230,14 +230,14 @@ def walked(points, places, directions, origins, width, height):
     for i in range(len(points)):
         point = (points[i, 0], points[i, 1], points[i, 2])
         x, y = places[i]
-        for _ in range(ROUNDS):
+        for _ in range(MAX_N_ROUNDS):
             u = min(max(int(np.floor(x)), 0), width - 2)
             v = min(max(int(np.floor(y)), 0), height - 2)
             corners = _corners(u, v, 1, 1, width)
             dx, dy, good = _newton(point, directions, origins, corners, x - u, y - v)
             x, y = x + dx, y + dy
-            if abs(dx) < STEP and abs(dy) < STEP:
-                reach = 0.5 + STEP
+            if abs(dx) < STEP_TOL_PX and abs(dy) < STEP_TOL_PX:
+                reach = 0.5 + STEP_TOL_PX
                 if good and abs(x - u - 0.5) <= reach and abs(y - v - 0.5) <= reach:
                     found[i, 0] = min(max(x, u), u + 1)
                     found[i, 1] = min(max(y, v), v + 1)
@@ -262,13 +262,13 @@ def within_cells(points, cells, start, directions, origins, width):
         u, v, right, below = cells[i]
         corners = _corners(u, v, right, below, width)
         s, t = right * start[0], below * start[1]
-        for _ in range(ROUNDS):
+        for _ in range(MAX_N_ROUNDS):
             ds, dt, good = _newton(point, directions, origins, corners, s, t)
-            s = min(max(s + ds, -ASTRAY), 1.0 + ASTRAY)
-            t = min(max(t + dt, -ASTRAY), 1.0 + ASTRAY)
-            if abs(ds) < STEP and abs(dt) < STEP:
-                inside = abs(s - right / 2) <= right / 2 + STEP
-                if good and inside and abs(t - below / 2) <= below / 2 + STEP:
+            s = min(max(s + ds, -MAX_OUTSIDE_CELLS), 1.0 + MAX_OUTSIDE_CELLS)
+            t = min(max(t + dt, -MAX_OUTSIDE_CELLS), 1.0 + MAX_OUTSIDE_CELLS)
+            if abs(ds) < STEP_TOL_PX and abs(dt) < STEP_TOL_PX:
+                inside = abs(s - right / 2) <= right / 2 + STEP_TOL_PX
+                if good and inside and abs(t - below / 2) <= below / 2 + STEP_TOL_PX:
                     found[i, 0] = u + min(max(s, 0.0), float(right))
                     found[i, 1] = v + min(max(t, 0.0), float(below))
                 break
@@ -307,7 +307,7 @@ def _newton(point, directions, origins, corners, s, t):
         (miss[2] + step_s * miss_s[2]) + step_t * miss_t[2],
     )
     sine = np.sqrt(_dot(rest, rest) / _dot(d, d))
-    return step_s, step_t, sine < MISS and _dot(far, d) > 0
+    return step_s, step_t, sine < MAX_MISS_SINE and _dot(far, d) > 0
 
 
 @numba.njit(cache=True)

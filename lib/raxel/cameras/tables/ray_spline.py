@@ -63,7 +63,7 @@ class RayTable:
 
 
 # With steeper fields than this two pixels might share a ray.
-STEEPEST = 0.9
+MAX_FIELD_SLOPE = 0.9
 STEP_PX = 0.01  # to each side, for how a ray turns with its pixel
 
 
@@ -127,10 +127,10 @@ class RaySplineCamera(Camera):
         self.control = checked_array("control", control, (None, None, 2))
         _check_shape("control", self.control, (rows, columns, 2))
         steep = steepest(self.control, self.spacing_px)
-        if steep > STEEPEST:
+        if steep > MAX_FIELD_SLOPE:
             raise InputError(
                 f"field 'control': changes by up to {steep:.2g} px per px; above "
-                f"{STEEPEST} the image might fold, take a trend that is nearer"
+                f"{MAX_FIELD_SLOPE} the image might fold, take a trend that is nearer"
             )
         cells = rows - 3, columns - 3
         covered = np.ones(cells, bool) if covered is None else np.asarray(covered)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import InputError
 from raxel.multiview.fits.planes import checked_points, least_distances
 
-STRAIGHT = 1e-9  # sagitta over extent of points that lie on a line
+MIN_SAGITTA_RATIO = 1e-9  # sagitta over extent of points that lie on a line
 
 
 class CircleFit(NamedTuple):
@@ -93,7 +93,7 @@ def algebraic_circles(points):
         known = np.isfinite(moments).all(axis=(-1, -2), keepdims=True)
         q = np.linalg.eigh(np.where(known, moments, 0.0))[1][..., 0]
         size = np.sqrt(mean[..., 0])
-        bend = np.where(np.abs(q[..., 0]) > STRAIGHT, q[..., 0], np.nan)
+        bend = np.where(np.abs(q[..., 0]) > MIN_SAGITTA_RATIO, q[..., 0], np.nan)
         centre = -q[..., 1:] * (size / bend)[..., None]
         radius = np.sqrt(np.sum(centre**2, axis=-1) + mean[..., 0])
     return np.concatenate([middle[..., 0, :] + centre, radius[..., None]], axis=-1)

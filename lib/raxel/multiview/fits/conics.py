@@ -16,8 +16,10 @@ from raxel.geometry.homography import normalising
 from raxel.geometry.planes import stepped, tangents
 from raxel.multiview.fits.planes import checked_points, least_distances
 
-OPEN = 1e-9  # fifth singular value over the first of points that determine no conic
-STEPS, SETTLED = 30, 1e-13
+MIN_SINGULAR_RATIO = (
+    1e-9  # fifth singular value over the first of points that determine no conic
+)
+MAX_N_STEPS, STEP_TOL = 30, 1e-13
 
 
 class ConicFit(NamedTuple):
@@ -134,7 +136,7 @@ def conic_distances(
     feet = start.copy()
     _, H = _gradient(coefficients, points)
     last = np.full(len(points), np.inf)
-    for _ in range(STEPS):
+    for _ in range(MAX_N_STEPS):
         g, _ = _gradient(coefficients, feet)
         e = feet - points
         # Q = 0, and the way from the point is along the gradient.
@@ -150,7 +152,7 @@ def conic_distances(
         going = np.isfinite(step).all(axis=1)
         feet[going] -= step[going]
         last = np.where(going, np.abs(step).max(axis=1), np.inf)
-        if not np.any(last > SETTLED * (1 + np.abs(feet).max(axis=1))):
+        if not np.any(last > STEP_TOL * (1 + np.abs(feet).max(axis=1))):
             break
     lost = ~(last < 1e-9 * (1 + np.abs(feet).max(axis=1)))
     feet[lost] = start[lost]
@@ -198,7 +200,7 @@ def _newton_shift(coefficients, points):
 def _algebraic(points):
     """Coefficients (6,) for points that have been normalised."""
     _, values, Vt = np.linalg.svd(np.linalg.qr(_monomials(points), mode="r"))
-    if len(values) > 4 and not values[4] > OPEN * values[0]:
+    if len(values) > 4 and not values[4] > MIN_SINGULAR_RATIO * values[0]:
         raise InputError(
             "conic: the points leave it open; four of five lie on a line, or they are "
             "repeated"

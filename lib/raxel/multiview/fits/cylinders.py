@@ -17,15 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, tangent_bases
 from raxel.multiview.fits.circles import algebraic_circles
-from raxel.multiview.fits.planes import FLAT, checked_points, least_distances
+from raxel.multiview.fits.planes import (
+    COLLINEARITY_TOL,
+    checked_points,
+    least_distances,
+)
 
-FEWEST = 7  # points, for five numbers: through five there are up to six cylinders
-DIRECTIONS = 600  # that are tried
-SEARCHED = 300  # points that judge directions
-STARTS, APART = 6, np.cos(np.radians(12))  # that are refined; between their axes
-STEPS, DAMPING = 12, 1e-6
-SURE = 3.0  # standard deviations of the radius that it has to be long
-WIDEST = 1e4  # radius over extent
+MIN_N_POINTS = 7  # points, for five numbers: through five there are up to six cylinders
+N_DIRECTIONS = 600  # that are tried
+N_SEARCH_POINTS = 300  # points that judge directions
+MAX_N_STARTS, MAX_AXIS_COSINE = (
+    6,
+    np.cos(np.radians(12)),
+)  # that are refined; between their axes
+N_STEPS, DAMPING = 12, 1e-6
+MIN_RADIUS_SIGMAS = 3.0  # standard deviations of the radius that it has to be long
+MAX_RADIUS_RATIO = 1e4  # radius over extent
 
 
 class CylinderFit(NamedTuple):
@@ -85,9 +92,9 @@ def fit_cylinder(points: ArrayLike, sigma: ArrayLike | None = None) -> CylinderF
         Points are also on a plane if the radius is below three of its standard
         deviations.
     """
-    points = checked_points("cylinder", points, 3, FEWEST)
+    points = checked_points("cylinder", points, 3, MIN_N_POINTS)
     _refuse_flat(points)
-    step = -(-len(points) // SEARCHED)
+    step = -(-len(points) // N_SEARCH_POINTS)
     starts = _refined(_by_direction(points[::step])[None], points[None])[0]
     gaps = np.sum(cylinder_distances(starts, points) ** 2, axis=1)
     start = starts[np.argmin(np.where(np.isfinite(gaps), gaps, np.inf))]
@@ -140,15 +147,15 @@ def _bases(cylinders):
 
 
 def _by_direction(points):
-    """Up to STARTS cylinders (k, 7) whose axes are apart, those of the best circles."""
-    cylinders, gaps = _circles_along(points[None], _half_sphere(DIRECTIONS))
+    """Up to MAX_N_STARTS cylinders (k, 7) whose axes are apart, those of the best circles."""
+    cylinders, gaps = _circles_along(points[None], _half_sphere(N_DIRECTIONS))
     order = np.argsort(gaps[0], kind="stable")
     chosen = []
     for i in order[np.isfinite(gaps[0][order])]:
         axis = cylinders[0, i, 3:6]
-        if all(abs(axis @ other[3:6]) < APART for other in chosen):
+        if all(abs(axis @ other[3:6]) < MAX_AXIS_COSINE for other in chosen):
             chosen.append(cylinders[0, i])
-        if len(chosen) == STARTS:
+        if len(chosen) == MAX_N_STARTS:
             break
     if not chosen:
         raise InputError("cylinder: the points lie on one line, seen from all sides")
@@ -174,7 +181,7 @@ def _circles_along(samples, axes):
 
 
 def _refined(cylinders, points):
-    """Cylinders (k, s, 7) after STEPS of Gauss and Newton on points (k, n, 3) each.
+    """Cylinders (k, s, 7) after N_STEPS of Gauss and Newton on points (k, n, 3) each.
 
     cylinders: (k, 7), one a sample, or (k, s, 7). Those that leave are not finite.
     """
@@ -182,7 +189,7 @@ def _refined(cylinders, points):
         cylinders = cylinders[:, None]
     points = points[:, None]
     with np.errstate(all="ignore"):
-        for _ in range(STEPS):
+        for _ in range(N_STEPS):
             distances, J = cylinder_system(cylinders, points)
             normal = np.swapaxes(J, -1, -2) @ J
             gradient = (np.swapaxes(J, -1, -2) @ distances[..., None])[..., 0]
@@ -214,7 +221,7 @@ def _settled(points, start, sigma):
     )
     radius, sd = abs(fit.parameters[6]), np.sqrt(fit.covariance[4, 4])
     extent = np.ptp(points, axis=0).max()
-    if radius > WIDEST * extent or not radius > SURE * sd:
+    if radius > MAX_RADIUS_RATIO * extent or not radius > MIN_RADIUS_SIGMAS * sd:
         raise InputError(
             f"cylinder: found radius {radius:.3g} +- {sd:.2g}"
             "; the points may as well lie on a plane; give more of its arc"
@@ -233,7 +240,7 @@ def _as_fit(fit, points):
 
 def _refuse_flat(points):
     values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if not values[2] > FLAT * values[0]:
+    if not values[2] > COLLINEARITY_TOL * values[0]:
         raise InputError(
             "cylinder: the points lie on one plane, which leaves the radius open; give "
             "points of more of its arc"

@@ -19,10 +19,12 @@ from raxel.geometry.poses import pose
 # doi:10.1007/BF01934268 (geometric against algebraic fits).
 
 
-ITERATIONS, AT_REST = 100, 1e-13
-ROUNDING = 1e-15  # of the points' extent: distances of exact points
-OPEN = 1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
-FARTHEST = 1e100  # of a coordinate: its square is a number yet
+MAX_N_STEPS, COST_TOL = 100, 1e-13
+ROUNDING_TOL = 1e-15  # of the points' extent: distances of exact points
+MIN_EIGENVALUE_RATIO = (
+    1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
+)
+MAX_COORDINATE = 1e100  # of a coordinate: its square is a number yet
 
 
 class Settled(NamedTuple):
@@ -55,9 +57,14 @@ def least_distances(shape, system, move, start, points, sigma):
         return gauss_newton(weight * distances, lambda: weight[:, None] * jacobian)
 
     extent = np.ptp(points, axis=0).max()
-    least = len(points) * (ROUNDING * extent * weight.max()) ** 2
+    least = len(points) * (ROUNDING_TOL * extent * weight.max()) ** 2
     parameters, costs, _ = descend(
-        evaluate, move, start, iterations=ITERATIONS, tolerance=AT_REST, rounding=least
+        evaluate,
+        move,
+        start,
+        iterations=MAX_N_STEPS,
+        tolerance=COST_TOL,
+        rounding=least,
     )
     distances, jacobian = system(parameters, points)
     inverse = _inverse_normal(shape, weight[:, None] * jacobian)
@@ -113,7 +120,7 @@ def checked_points(
         )
     if len(points) < fewest:
         raise InputError(f"{shape}: {len(points)} points; {fewest} or more are needed")
-    if np.abs(points).max() > FARTHEST:
+    if np.abs(points).max() > MAX_COORDINATE:
         raise InputError(
             f"{shape}: a point is at {np.abs(points).max():.3g}; remove what is as "
             "good as at infinity"
@@ -142,14 +149,14 @@ def _inverse_normal(shape, jacobian):
     scale = np.sqrt(np.diag(normal))
     if scale.min() > 0:
         values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
-        if values[0] > OPEN:
+        if values[0] > MIN_EIGENVALUE_RATIO:
             return (vectors / values) @ vectors.T / np.outer(scale, scale)
     raise InputError(
         f"{shape}: the points leave it open; spread them over more of the shape"
     )
 
 
-FLAT = 1e-9  # of the extent: points nearer to a line than this lie on it
+COLLINEARITY_TOL = 1e-9  # of the extent: points nearer to a line than this lie on it
 
 
 class PlaneFit(NamedTuple):
@@ -224,7 +231,7 @@ def _settled(points, sigma):
     extents, axes = np.linalg.svd(off * np.sqrt(weight)[:, None], full_matrices=False)[
         1:
     ]
-    if not extents[1] > FLAT * extents[0]:
+    if not extents[1] > COLLINEARITY_TOL * extents[0]:
         raise InputError("plane: the points lie on one line; give points beside it")
     normal = axes[2]
     distances = off @ normal

@@ -8,7 +8,7 @@ import pytest
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.images import _steps_in_part
 from raxel.calibration.mirror.observations import (
-    TURNS,
+    LATTICE_SYMMETRIES,
     labelled_like,
     lattice_of,
     on_one_lattice,
@@ -35,7 +35,7 @@ def seen(rig, camera, T, rng):
 
 
 def relabelled(partial, turn, shift):
-    return partial._replace(indices=partial.indices @ TURNS[turn] + shift)
+    return partial._replace(indices=partial.indices @ LATTICE_SYMMETRIES[turn] + shift)
 
 
 @pytest.fixture(scope="module", params=[("A", "first"), ("A", "third"), ("B", "first")])
@@ -52,7 +52,7 @@ def step(request):
 
 def test_corners_are_the_same_however_the_lattice_was_counted(step):
     before, after, clamp = step
-    for turn in range(len(TURNS)):
+    for turn in range(len(LATTICE_SYMMETRIES)):
         found = labelled_like(before, relabelled(after, turn, [3, -2]), clamp)
         np.testing.assert_array_equal(found.indices, after.indices)
 
@@ -75,7 +75,7 @@ def bent_lattice(clamp):
     return Partial(flat, INDICES), Partial(flat + stretched, INDICES)
 
 
-@pytest.mark.parametrize("counted", range(len(TURNS)))
+@pytest.mark.parametrize("counted", range(len(LATTICE_SYMMETRIES)))
 def test_a_clamp_along_the_squares_does_not_turn_the_board_over(counted):
     """Turned over about the clamp it would show the same places there."""
     clamp = np.column_stack([np.full(9, 40.0), np.linspace(80, 440, 9)])

@@ -9,7 +9,7 @@ import pytest
 from raxel.calibration.mirror.images import ordered_like
 from raxel.calibration.mirror.observations import normalised
 from raxel.calibration.mirror.stages import (
-    SETTINGS,
+    DEFAULT_SETTINGS,
     _outline,
     calibrate_mirror,
     check_two_pictures,
@@ -196,9 +196,9 @@ def test_knots_span_what_the_next_step_shows_as_far_as_they_are_supported():
     wide = step.before._replace(pixels=middle + 3 * (pixels - middle))
     spans = []
     for following in (None, step._replace(before=wide).before):
-        outline = _outline(camera, step, following, SETTINGS)
+        outline = _outline(camera, step, following, DEFAULT_SETTINGS)
         spans.append(np.ptp(camera.grid.turned(normalised(camera.viewer, outline)), 0))
-    intervals = np.subtract(SETTINGS.shape, SETTINGS.degree)
+    intervals = np.subtract(DEFAULT_SETTINGS.shape, DEFAULT_SETTINGS.degree)
     common = pixels[camera.rays(step.before.pixels).valid & np.isfinite(pixels[:, 0])]
     common = np.ptp(camera.grid.turned(normalised(camera.viewer, common)), axis=0)
     # Four tenths of an interval to each side are as far as knots are supported.

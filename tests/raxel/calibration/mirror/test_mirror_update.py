@@ -15,9 +15,14 @@ from raxel.calibration.mirror.observations import (
     support_of,
     supported_grid,
 )
-from raxel.calibration.mirror.refine import EVEN_MM, SWINGING_DEG, ray_sd, turns_if_even
+from raxel.calibration.mirror.refine import (
+    MAX_SWING_DEG,
+    PRIOR_MM,
+    ray_sd,
+    turns_if_even,
+)
 from raxel.calibration.mirror.update import (
-    ALIKE,
+    MISFIT_CORRELATION,
     MirrorSettings,
     _beyond_noise,
     linear_stage,
@@ -190,7 +195,7 @@ def test_misfit_is_what_rays_are_off_beyond_noise(misfit):
     found, widening = _beyond_noise(fit, reach)
     assert found == pytest.approx(misfit, rel=0.05)
     beyond = np.mean(bends**2) / 0.1**2
-    assert widening == pytest.approx(1 + ALIKE * beyond, rel=0.05)
+    assert widening == pytest.approx(1 + MISFIT_CORRELATION * beyond, rel=0.05)
 
 
 def reaches(count):
@@ -211,7 +216,7 @@ def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
         update_mirror(FLAT, BEFORE, AFTER * kept[:, None], GRID, CLAMP, outline=OUTLINE)
 
 
-def to_the_edge(reach, rng, swinging_deg=SWINGING_DEG, stage=update_mirror):
+def to_the_edge(reach, rng, swinging_deg=MAX_SWING_DEG, stage=update_mirror):
     """A stage as the thesis has it: distances, and the clamp's position alone.
 
     Corners reach into a share of the last knot interval, and lie aside by 0.5 px,
@@ -236,7 +241,7 @@ def test_an_end_that_swings_though_residuals_are_small_is_named_and_rejected():
     with raises_code("swinging-end"):
         to_the_edge(0.3, np.random.default_rng(7))
     wrong = to_the_edge(0.3, np.random.default_rng(7), np.inf)
-    assert whole.swing_deg < 3 < SWINGING_DEG < wrong.swing_deg
+    assert whole.swing_deg < 3 < MAX_SWING_DEG < wrong.swing_deg
     assert any("last knot interval along u: rays" in flag for flag in wrong.flags)
     # What it would have been: no residual tells, and the end is degrees off.
     assert np.nanmean(wrong.residuals) < 1.1 * np.nanmean(whole.residuals)
@@ -266,7 +271,7 @@ def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
     swung, true = (rays.surface(C.ravel("F"))[1] for C in (c, camera.coefficients))
     off = np.degrees(np.linalg.norm(swung - true, axis=1)).mean()
     assert off > 3
-    evenly = bending_prior(grid, "inverse depth", plane_through(even), EVEN_MM)
+    evenly = bending_prior(grid, "inverse depth", plane_through(even), PRIOR_MM)
     free = np.zeros(grid.shape)
     free[-1] = 1.0
     for known, share in ((1.0, 1.0), (1e-8, 0.0)):
