@@ -1,1 +1,1 @@
-"""Calibration of a viewer with a mirror that bends."""
+"""Calibration of a camera that views a flexible mirror."""

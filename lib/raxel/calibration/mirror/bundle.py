@@ -1,19 +1,19 @@
-"""All stages of a bending mirror at once: shapes and grid poses together.
+"""Bundle adjustment of a flexible mirror: shapes of all stages and poses of all grids.
 
-Stage by stage, the pose of the grid is found with one shape and the next shape with
-that pose, so errors are handed on. Here the splines of all stages and the poses of all
-grids are unknown together, the first shape fixed or known to its covariance, and every
-corner in every picture counts. Not in the thesis.
+Stage by stage, the grid pose depends on one shape and the next shape on that pose, so
+errors accumulate. Here the splines of all stages and the poses of all grids are
+estimated together. The first shape is fixed or known with its covariance, and every
+corner in every image counts. Not in the thesis.
 
-A corner's ray-point vector r (5.29) is told in standard deviations of the corner: with
-dr = D dp as the corner's image point p moves, D^+ r is by how much p is off, and over
-its standard deviation it is the residual. D is taken at the start of each round.
+Residuals are in standard deviations of a corner. An image point p moved by dp changes
+the ray-point vector r (5.29) by dr = D dp, so D^+ r is the error of p, which is divided
+by its standard deviation. D is computed at the start of each round.
 
-The normal matrix is an arrow: a block for each stage, a block for each grid, and what
-couples a stage with the grids that it shows. With some two hundred unknowns in all, it
-is solved as it is.
+The normal matrix has arrow form: a block for each stage, a block for each grid, and the
+coupling of a stage with its grids. With about two hundred unknowns a dense solver
+suffices.
 
-Frame: the viewer's; mm, radians.
+Frame: that of the viewing camera; mm, rad.
 """
 
 from __future__ import annotations
@@ -53,15 +53,15 @@ from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend
 
-# The least squares of `raxel.calibration.mirror.bundle`: residuals, normal matrix.
+# Least squares of the bundle adjustment: residuals and normal matrix.
 
 
-# Of the largest eigenvalue of the scaled normal matrix: below it, nothing is known.
+# Smallest over largest eigenvalue of the scaled normal matrix: below, undetermined.
 MIN_EIGENVALUE_RATIO = 1e-13
 
 
 class State(NamedTuple):
-    """free: unknowns (F,) of each stage, those of a fixed one empty; T: poses."""
+    """free: unknowns (F,) of each stage, empty for a fixed one; T: grid poses."""
 
     free: list[np.ndarray]
     T: np.ndarray
@@ -69,7 +69,7 @@ class State(NamedTuple):
 
 class SeenCorners(NamedTuple):
     """One view: stage, grid, its RayPoints, points (N, 2) of the grid, sd (N,) in
-    normalised units, scale (N,) px for one."""
+    normalised units, scale (N,), px per normalised unit."""
 
     stage: int
     grid: int
@@ -81,8 +81,8 @@ class SeenCorners(NamedTuple):
 
 
 class BundleProblem(NamedTuple):
-    """The least squares of one round. whiten: (N, 2, 3) of each view, which takes
-    ray-point vectors to residuals."""
+    """Least squares of one round. whiten: (N, 2, 3) of each view, maps ray-point
+    vectors to residuals."""
 
     seen: list[SeenCorners]
     spaces: list
@@ -102,7 +102,7 @@ class BundleProblem(NamedTuple):
         ]
 
     def residuals(self, state):
-        """Of the views, (N, 2) each, and of the further rows of each stage."""
+        """Residuals (N, 2) of each view, and of the additional rows of each stage."""
         c = self.coefficients(state)
         views = []
         for view, whiten in zip(self.seen, self.whiten, strict=True):
@@ -147,7 +147,8 @@ class BundleProblem(NamedTuple):
         return normal, gradient
 
     def jacobians(self, view, whiten, state):
-        """(2N, F) by its stage's unknowns, (2N, 6) by (w, s) of its grid's pose."""
+        """(2N, F) with respect to the stage's unknowns, (2N, 6) to (w, s) of the
+        grid."""
         space, T = self.spaces[view.stage], state.T[view.grid]
         c = space.coefficients(state.free[view.stage])
         by_shape = np.zeros((2 * len(view.points), 0))
@@ -158,13 +159,13 @@ class BundleProblem(NamedTuple):
         return by_shape, by_pose.reshape(-1, 6)
 
     def layout(self, state):
-        """Where each stage's unknowns begin, and the poses'; the number of all."""
+        """Index of each stage's first unknown and of the poses'; total number."""
         starts = np.concatenate([[0], np.cumsum([len(f) for f in state.free])])
         return starts, starts[-1] + 6 * len(state.T)
 
 
 def moved(state, step):
-    """The State after a step: free unknowns of all stages, then six for each pose."""
+    """State after a step: free unknowns of all stages, then six for each pose."""
     free, start = [], 0
     for own in state.free:
         free.append(own + step[start : start + len(own)])
@@ -176,26 +177,25 @@ def moved(state, step):
 
 
 def inverse_of(normal):
-    """Inverse of a normal matrix (K, K); CalibrationError where unknowns are open."""
+    """Inverse of a normal matrix (K, K); CalibrationError for undetermined unknowns."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     if not values[0] > MIN_EIGENVALUE_RATIO * values[-1]:
         raise CalibrationError(
-            f"bundle: the corners leave {np.sum(values <= MIN_EIGENVALUE_RATIO * values[-1])} of "
-            f"{len(values)} unknowns open; let each stage show a grid in all knot "
-            "intervals, and each grid be seen in two stages, or give a prior",
+            f"bundle: {np.sum(values <= MIN_EIGENVALUE_RATIO * values[-1])} of "
+            f"{len(values)} unknowns are undetermined; show a grid in all knot "
+            "intervals of each stage, each grid in two stages, or add a prior",
             code="open-coefficients",
         )
     return (vectors / values) @ vectors.T / np.outer(scale, scale)
 
 
 MAX_N_ROUNDS, MAX_N_STEPS, COST_TOL, ROUNDING_TOL = 3, 30, 1e-7, 1e-12
-# Corners that a misfit moves alike, so that it averages out less than noise. Chosen on
-# sheets by physics, smooth and uneven by 10 um, in other poses than any test's.
+# Number of corners with a common misfit, which averages out less than noise. Chosen on
+# simulated sheets, smooth and uneven by 10 um, in poses that no test uses.
 MISFIT_CORRELATION = 3.0
-MISFIT_SIGMAS = (
-    3.0  # standard deviations by which residuals exceed noise before misfit is told
-)
+# Standard deviations by which residuals exceed noise before a misfit is reported.
+MISFIT_SIGMAS = 3.0
 
 
 class StageView(NamedTuple):
@@ -383,7 +383,8 @@ def bundle_stages(
 
 
 def _settled(seen, spaces, further, state, widening):
-    """(problem, state, costs, converged): rounds until corners' weights rest."""
+    """(problem, state, costs, converged): rounds until the corners' weights
+    converge."""
     costs = []
     for _ in range(MAX_N_ROUNDS):
         whiten = _whitening(seen, spaces, state, widening)
@@ -397,19 +398,20 @@ def _settled(seen, spaces, further, state, widening):
             rounding=ROUNDING_TOL * problem.count,
         )
         costs.extend(fell)
-        # A round that hardly moves would whiten as it did.
+        # After a negligible step the whitening would not change.
         if len(fell) <= 2:
             break
     return problem, state, np.array(costs), converged
 
 
 def _widening(problem, state):
-    """(n,): by what the variance of corners is multiplied, stage by stage: to their own
-    where it is not known, and by that of the misfit, of which several have one alike.
+    """(n,): factor of the corners' variance for each stage.
 
-    The corners of the first shape stand against the monitor's thousand points, and with
-    a misfit they would turn it. What K functions leave has about K independent values,
-    however many corners show it, and so much do these count there.
+    It brings the variance to its actual value where that is unknown, and includes the
+    misfit, which neighbouring corners share. Corners of the first shape compete with a
+    thousand points of the monitor, and with a misfit they would rotate the shape. The
+    misfit of K functions has about K independent values, however many corners show it;
+    the corners are weighted accordingly.
     """
     views = problem.residuals(state)[0]
     variance, freedom = _variance(problem, views, state)
@@ -428,13 +430,13 @@ def _widening(problem, state):
 
 
 def _variance(problem, views, state):
-    """Squares of the corners' residuals over their degrees of freedom, and these."""
+    """Sum of the corners' squared residuals per degree of freedom, and that number."""
     unknowns = problem.layout(state)[1]
     corners = sum(len(off) for off in views)
     if 2 * corners <= unknowns:
         raise CalibrationError(
-            f"bundle: {corners} corners for {unknowns} unknowns; show more corners, or "
-            "use fewer knots",
+            f"bundle: found {corners} corners for {unknowns} unknowns; show more "
+            "corners, or use fewer knots",
             code="too-few-corners",
         )
     freedom = 2 * corners - unknowns
@@ -446,16 +448,16 @@ def _sightings(cameras, views, T):
     for k, (stage, grid, view) in enumerate(views):
         if not (0 <= stage < len(cameras) and 0 <= grid < len(T)):
             raise InputError(
-                f"bundle: view {k}: found stage {stage} and grid {grid}; there are "
-                f"{len(cameras)} stages and {len(T)} grids, from 0"
+                f"bundle: view {k}: found stage {stage} and grid {grid}; number "
+                f"{len(cameras)} stages and {len(T)} grids from 0"
             )
         camera = cameras[stage]
         one = sighting(camera.viewer, view, f"bundle: view {k}")
         inside = camera.grid.inside(one.image)
         if np.count_nonzero(inside) < MIN_N_POSE_CORNERS:
             raise CalibrationError(
-                f"bundle: view {k}: {np.count_nonzero(inside)} of its corners lie "
-                f"within the knots of stage {stage}; at least {MIN_N_POSE_CORNERS} are needed",
+                f"bundle: view {k}: found {np.count_nonzero(inside)} corners within "
+                f"the knots of stage {stage}; give at least {MIN_N_POSE_CORNERS}",
                 code="too-few-corners",
             )
         rays = RayPoints(one.image[inside], camera.grid, camera.quantity)
@@ -469,7 +471,7 @@ def _sightings(cameras, views, T):
 
 
 def _supported(cameras, seen, clamp, prior):
-    """Flags of stages 1 on, or CalibrationError for one whose edge no corner shows."""
+    """Flags of stages 1 on; CalibrationError for a stage without corners at an edge."""
     flags = []
     for stage, camera in enumerate(cameras[1:], 1):
         support = support_of(camera.grid, _corners(seen, stage))
@@ -484,7 +486,7 @@ def _supported(cameras, seen, clamp, prior):
 
 
 def _spaces(cameras, clamp, first_covariance):
-    """The Subspace of each stage's coefficients; that of a fixed one has none."""
+    """Subspace of each stage's coefficients; that of a fixed stage is empty."""
     firm = None if soft_clamp(cameras[0].grid, clamp) is not None else clamp
     spaces = [clamped(cameras[0].grid, None)]
     if first_covariance is None:
@@ -516,7 +518,7 @@ def _further(cameras, clamp, first_covariance, prior_sd):
 
 
 def _prior(camera, sd):
-    """The bending prior, from the plane through the start of a stage."""
+    """Bending prior about the plane through the initial shape of a stage."""
     u, v = (np.linspace(b[0], b[-1], 7) for b in camera.grid.breaks)
     p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     plane = plane_through(camera.mirror.points(p))
@@ -529,8 +531,8 @@ def _whitening(seen, spaces, state, widening):
         c = spaces[view.stage].coefficients(state.free[view.stage])
         if not view.rays.in_front(c):
             raise CalibrationError(
-                f"bundle: stage {view.stage} begins in part behind the camera; give "
-                "another start",
+                f"bundle: stage {view.stage}: the initial shape is partly behind the "
+                "camera; give another one",
                 code="behind-camera",
             )
         placed = placed_points(view.points, state.T[view.grid])
@@ -543,7 +545,7 @@ def _whitening(seen, spaces, state, widening):
 def _result(cameras, problem, state, costs, converged, widening, flags):
     views, rows = problem.residuals(state)
     inverse = inverse_of(problem.equations(state, views, rows)[0])
-    # From the widened standard deviations to the corners' own.
+    # Convert from the widened standard deviations to those of the corners.
     views = [
         off * np.sqrt(widening[view.stage])
         for view, off in zip(problem.seen, views, strict=True)
@@ -580,7 +582,7 @@ def _corners(seen, stage):
 
 
 def _outward(problem, state):
-    """(P, F): how all coefficients and poses change with what is free of them."""
+    """(P, F): change of all coefficients and poses with the free unknowns."""
     from scipy.linalg import block_diag
 
     parts = [space.directions for space in problem.spaces]
@@ -588,7 +590,7 @@ def _outward(problem, state):
 
 
 def _misfit(problem, state, views):
-    """(n,) radians: what the residuals of each stage's views have beyond noise."""
+    """(n,) rad: part of the residuals of each stage's views beyond noise."""
     c = problem.coefficients(state)
     squares, counts = np.zeros(len(c)), np.zeros(len(c))
     for view, off in zip(problem.seen, views, strict=True):
@@ -599,7 +601,7 @@ def _misfit(problem, state, views):
         away = np.sum((placed - S) * scene, axis=1)
         vectors = view.rays.residuals(c[view.stage], placed)
         found = np.sum((vectors / away[:, None]) ** 2, axis=1)
-        # By noise alone the mean is 1, and its standard deviation 1 / sqrt(N).
+        # Under noise alone the mean is 1, with standard deviation 1 / sqrt(N).
         mean, chance = np.mean(off**2), MISFIT_SIGMAS / np.sqrt(len(off))
         beyond = 1 - 1 / mean if mean > 1 + chance else 0.0
         squares[view.stage] += beyond * np.sum(found) / 2

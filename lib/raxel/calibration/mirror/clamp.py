@@ -1,12 +1,12 @@
-"""The clamped edge: what of a mirror's shape no bending changes (5.1.3).
+"""Clamped edge of a flexible mirror, which no deflection moves (5.1.3).
 
-At the clamp a mirror keeps its place and, what the thesis says of the beam (5.1) but
-does not use, its slope. Both are linear in the coefficients of a spline, so the clamp
-is kept exactly: coefficients are c_P + C_B Phi (5.21), in the linear stage and in the
-refinement. Points along a line give as many equations as the spline has functions along
-it when the line runs along an axis of the knots; of a slanted one some equations barely
-stand alone, and those are left out. A line that only stands in for a hidden clamp moves
-a little: its equations then count with their standard deviations.
+At the clamp the mirror keeps its position and its slope. The slope follows from the
+beam equation (5.1); the thesis does not use it. Both are linear in the coefficients of
+a spline, so coefficients c_P + C_B Phi (5.21) keep the clamp exactly, in the linear
+stage and in the refinement. A line along a knot axis gives as many equations as the
+spline has functions along it. For an oblique line some equations are nearly dependent;
+those are discarded. A line that replaces a hidden clamp moves a little: its equations
+are weighted with their standard deviations.
 """
 
 from __future__ import annotations
@@ -23,26 +23,22 @@ from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.spline_grids import SplineGrid, basis
 
-# The edge that the mirror is clamped at: its line in the picture, and what is fixed.
-# The thesis picks points at the clamped edge by hand and refines them by a fit of a
-# line (5.1.3). The edge itself may be hidden by its holder (5.3.3): then the nearest
-# line of the mirror that can be seen stands in for it. That line does move: by the
-# beam's formula (5.1), a mirror of length m whose end is deflected by v has, at x
-# from the clamp, moved by v x^2 (3 m - x) / (2 m^3), turned by 3 v x (2 m - x) / (2
-# m^3). These are the standard deviations with which position and slope are held
-# there. Frame: the viewer's; image points are normalised, (x/z, y/z) of the viewing
-# ray.
+# Line of the clamped edge in the image, and the quantities that it fixes. The thesis
+# picks points on the clamped edge by hand and fits a line (5.1.3). Where a holder hides
+# the edge (5.3.3), the nearest visible line of the mirror replaces it. That line moves:
+# by the beam equation (5.1), a mirror of length m with end deflection v is shifted, at
+# x from the clamp, by v x^2 (3 m - x) / (2 m^3) and rotated by 3 v x (2 m - x) / (2
+# m^3). These are the standard deviations of position and slope there. Frame: that of
+# the viewing camera; image points are normalised, (x/z, y/z) of the viewing ray.
 
 
-MIN_N_PICKS = 3  # picks: a line and one that can contradict it
-MAX_N_LINE_FITS, OUTLIER_SCALES = (
-    10,
-    3.0,
-)  # fits of the line; scales beyond which a pick is left out
-MIN_SCALE_PX = 0.02  # no pick is placed better
-MAX_LINE_RMS_PX = 2.0  # a straight edge leaves less, rms
-MIN_CONTRAST = 0.02  # of the brightest grey, across an edge
-MIN_CLAMP_SD_MM, MIN_CLAMP_SD_RAD = 1e-3, 1e-5  # no clamp holds better
+MIN_N_PICKS = 3  # points: two determine a line, a third one tests it
+# Fits of the line, and residual scales beyond which a point is rejected.
+MAX_N_LINE_FITS, OUTLIER_SCALES = 10, 3.0
+MIN_SCALE_PX = 0.02  # highest accuracy of a point
+MAX_LINE_RMS_PX = 2.0  # rms distance of points on a straight edge
+MIN_CONTRAST = 0.02  # across an edge, as a fraction of the brightest grey level
+MIN_CLAMP_SD_MM, MIN_CLAMP_SD_RAD = 1e-3, 1e-5  # accuracy of an ideal clamp
 
 
 class ClampLine(NamedTuple):
@@ -111,12 +107,12 @@ class FixedLine(NamedTuple):
 
 
 def edge_picks(picture, picks, reach=6.0):
-    """Picks (N, 2) px moved onto the edge nearby, to a part of a pixel.
+    """Points (N, 2), px, moved onto the nearest edge, to subpixel accuracy.
 
     picture: (H, W) grey; picks: (N, 2), N >= 2, within `reach` px of the edge. Each is
-    moved at right angles to the straight line through all, to the centroid of the
-    squared change of grey there. NaN where no edge is in reach. Raises InputError for
-    too few picks.
+    moved perpendicular to the straight line through all points, to the centroid of the
+    squared grey-level gradient. NaN where no edge is in reach. Raises InputError for
+    too few points.
     """
     from scipy.ndimage import map_coordinates
 
@@ -180,9 +176,9 @@ def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
     rms = float(np.sqrt(np.mean(off[used] ** 2)))
     if 2 * np.count_nonzero(used) < np.count_nonzero(finite) or rms > MAX_LINE_RMS_PX:
         raise CalibrationError(
-            f"clamp: {np.count_nonzero(used)} of {np.count_nonzero(finite)} picks lie "
-            f"on a line, within {rms:.1f} px (rms); pick points along one straight "
-            "edge",
+            f"clamp: found {np.count_nonzero(used)} of {np.count_nonzero(finite)} "
+            f"points on a line, with {rms:.1f} px rms distance; give points along one "
+            "straight edge",
             code="bent-clamp-line",
         )
     reach = (image[used] - middle) @ along
@@ -245,18 +241,17 @@ def fixed_line(
     """
     if (deflection or hidden) and not (deflection and length and length > hidden >= 0):
         raise InputError(
-            f"clamp: found hidden {hidden}, length {length}, deflection {deflection}; "
-            "give all three in mm, with length from the clamp to where the mirror is "
-            "pushed"
+            f"clamp: found hidden {hidden}, length {length}, deflection {deflection} "
+            "mm; give all three in mm (length: from the clamp to the pushed point)"
         )
     p = line.points(count)
     grid = camera.grid
     inside = grid.inside(p)
     if np.count_nonzero(inside) < MIN_N_PICKS:
         raise InputError(
-            f"clamp: {np.count_nonzero(inside)} of {count} points of the line lie "
-            "within the knots of the primary stage; include the line when the box of "
-            "the spline is chosen"
+            f"clamp: {np.count_nonzero(inside)} of {count} points of the line are "
+            "within the knots of the primary stage; include the line in the span of "
+            "the spline"
         )
     p = p[inside]
     c = camera.coefficients.ravel("F")
@@ -269,19 +264,19 @@ def fixed_line(
 
 
 def beam_give(hidden, length, deflection):
-    """(mm, radians) by which a beam moves and turns at `hidden` mm from its clamp, when
-    its end at `length` mm is deflected (5.1)."""
+    """(mm, rad): shift and rotation of a beam at `hidden` mm from its clamp, when its
+    end at `length` mm is deflected (5.1)."""
     x, m = np.minimum(hidden, length), length
     moved = deflection * x**2 * (3 * m - x) / (2 * m**3)
     return moved, 3 * deflection * x * (2 * m - x) / (2 * m**3)
 
 
 def _give(camera, p, u, line, hidden, length, deflection):
-    """(mm, radians), (N,) each: standard deviations of the mirror at the line."""
+    """(mm, rad), (N,) each: standard deviations of the mirror at the line."""
     firm = np.full(len(p), MIN_CLAMP_SD_MM), np.full(len(p), MIN_CLAMP_SD_RAD)
     if not deflection:
         return firm
-    # mm on the mirror for a unit of u; one side may lie beyond the knots.
+    # mm on the mirror per unit of u; one side may be outside the knots.
     step = 1e-6
     sides = [camera.mirror.points(p + way * step * u) for way in (1, -1)]
     away = np.linalg.norm(sides - camera.mirror.points(p), axis=2) / step
@@ -290,12 +285,12 @@ def _give(camera, p, u, line, hidden, length, deflection):
 
 
 def _in_quantity(camera, p, u, moved, turned):
-    """What a shift (N,) mm along the normal and a turn (N,) about the line change of
-    the quantity and of its slope along u: their standard deviations, (N,) each."""
+    """Standard deviations (N,) of the quantity and of its slope along u, from a shift
+    (N,) mm along the normal and a rotation (N,) about the line."""
     S = camera.mirror.points(p)
     n = camera.mirror.normals(S)
     n /= np.linalg.norm(n, axis=1, keepdims=True)
-    # The line on the mirror lies in the plane of eye and picture line.
+    # The line on the mirror is in the plane of the camera centre and the image line.
     axis = np.cross(n, np.cross(S, [-u[1], u[0], 0.0]))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     leaning = n + turned[:, None] * np.cross(axis, n)
@@ -307,7 +302,7 @@ def _in_quantity(camera, p, u, moved, turned):
 
 
 def _of_plane(n, k, p, u, quantity):
-    """The quantity of planes n.X = k on viewing rays p (N, 2), and its slope by u."""
+    """Quantity of planes n.X = k on viewing rays p (N, 2), and its slope along u."""
     w = np.column_stack([p, np.ones(len(p))])
     inverse, slope = np.sum(w * n, axis=1) / k, n[:, :2] @ u / k
     if quantity == "inverse depth":
@@ -325,24 +320,23 @@ def _axes(points):
 def _enough(picks, fewest):
     if picks.ndim != 2 or picks.shape[1] != 2 or len(picks) < fewest:
         raise InputError(
-            f"clamp: found {len(picks)} picks on the line near the clamp; give "
+            f"clamp: found {len(picks)} points on the line near the clamp; give "
             f"{fewest} or more (u, v)"
         )
 
 
-# What a mirror does between its features: a prior on how its bending changes. Where
-# no feature is, only a prior says how a spline goes on. This one takes the second
-# derivative along u and along v to change little from one knot interval to the next,
-# as a beam's does; along an axis that has a single interval it takes it to be small
-# itself. Both are told from a plane, which in inverse depth has none of them. A large
-# weight biases the deflection, so the prior's size is part of every result. That it
-# helps on beams says nothing of a mirror that is none.
+# Prior on the change of curvature between features, where only a prior determines the
+# spline. The second derivatives along u and v change little from one knot interval to
+# the next, as in a beam. Along an axis with a single interval the second derivative
+# itself is small. Both are relative to a plane, whose inverse depth is linear. A large
+# weight biases the deflection, so every result states the size of the prior. Its
+# benefit on beams does not extend to mirrors of another kind.
 
 
 class PriorRows(NamedTuple):
     """Equations rows @ c = values with standard deviations sd, one or (R,).
 
-    mm: millimetres for a unit of the spline's quantity, already in the rows of a prior
+    mm: millimetres per unit of the spline's quantity, included in the rows of a prior
     on bending.
     """
 
@@ -355,12 +349,13 @@ class PriorRows(NamedTuple):
 def bending_prior(grid, quantity, plane, sd):
     """PriorRows for the coefficients of a spline mirror.
 
-    plane: (n (3,), k), n . X = k mm, near the mirror, viewer's frame. sd: mm, of twice
-    the bow that a change of the second derivative makes over one knot interval.
+    plane: (n (3,), k), n . X = k mm, near the mirror, frame of the viewing camera. sd:
+    mm, twice the sagitta that a change of the second derivative makes over one knot
+    interval.
     """
     rows = bending_rows(grid)
     flat = _plane_coefficients(grid, quantity, plane)
-    # One over depth to mm at the plane's middle.
+    # From inverse depth to mm at the middle of the plane.
     mm = 1.0 if quantity == "distance" else 1 / np.mean(flat) ** 2
     return PriorRows(mm * rows, mm * (rows @ flat), float(sd), mm)
 
@@ -370,9 +365,9 @@ def bending_rows(grid):
     """Rows (R, K): change of second derivative between neighbouring knot intervals,
     times the square of the narrowest interval's width.
 
-    Taken from middle to middle of the intervals along one axis, at the Greville places
-    of the other. Along an axis of one interval, the second derivative itself. Kept for
-    the same SplineGrid, which a stage asks twice.
+    Evaluated at the middles of the intervals along one axis and at the Greville points
+    of the other. Along an axis with one interval, the second derivative itself. Cached
+    for the same SplineGrid, which a stage uses twice.
     """
     f_changes, f = _along(grid.knots_u, grid.degree[0], grid.breaks[0])
     g_changes, g = _along(grid.knots_v, grid.degree[1], grid.breaks[1])
@@ -394,13 +389,13 @@ def _along(knots, degree, breaks):
 
 
 def _greville(knots, degree):
-    """Where each basis function is most at home: means of its inner knots."""
+    """Greville point of each basis function: mean of its inner knots."""
     inner = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
     return inner.mean(axis=1)
 
 
 def _plane_coefficients(grid, quantity, plane):
-    """(K,) of the spline that meets a plane at the Greville places."""
+    """Coefficients (K,) of the spline that equals a plane at the Greville points."""
     normal, offset = plane
     u, v = (
         _greville(knots, degree)
@@ -414,11 +409,9 @@ def _plane_coefficients(grid, quantity, plane):
     return np.linalg.solve(grid.rows(p)[0], values)
 
 
-# Of the largest singular value: equations below it are what noise makes of others.
+# As a fraction of the largest singular value: smaller equations are noise of others.
 TRUNCATION_TOL = 1e-2
-OUTSIDE_MESSAGE = (
-    "clamp: some of its points lie outside the knots; let the knots span them"
-)
+OUTSIDE_MESSAGE = "clamp: some points are outside the knots; extend the knots over them"
 
 
 class Clamp(NamedTuple):
@@ -487,9 +480,8 @@ def clamp_of_camera(
     inside = camera.grid.inside(points)
     if len(points) == 0 or not inside.all():
         raise CalibrationError(
-            f"clamp: {np.count_nonzero(~inside)} of {len(points)} pixels lie outside "
-            "the knots of the camera; give pixels of the edge that the mirror's "
-            "picture holds",
+            f"clamp: {np.count_nonzero(~inside)} of {len(points)} pixels are outside "
+            "the camera's knots; give pixels of the edge in the mirror's image",
             code="outside-knots",
         )
     b, b_x, b_y = camera.grid.rows(points)
@@ -541,9 +533,9 @@ def clamped(
 
 
 def soft_clamp(grid, clamp):
-    """PriorRows of a FixedLine, with its own deviations; None for a firm Clamp.
+    """PriorRows of a FixedLine, with its standard deviations; None for a firm Clamp.
 
-    Values, and slopes at right angles to the line unless `slopes` is None.
+    Values, and slopes perpendicular to the line unless `slopes` is None.
     """
     if not isinstance(clamp, FixedLine):
         return None
@@ -559,8 +551,8 @@ def soft_clamp(grid, clamp):
 
 
 def _equations(grid, clamp):
-    """Rows (m, K) and values (m,); slopes times the width of a knot interval, so that
-    they count as positions do."""
+    """Rows (m, K) and values (m,). Slopes are multiplied by the width of a knot
+    interval, to weigh as much as positions."""
     b, b_x, b_y = grid.rows(clamp.points)
     if clamp.slopes is None:
         return b, clamp.values

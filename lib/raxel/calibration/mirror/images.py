@@ -1,8 +1,9 @@
-"""The views of a mirror set, read out of its pictures: what `calibrate_mirror` takes.
+"""Views of a mirror set for `calibrate_mirror`, measured in its images.
 
-Boards are found by the library's detector and active grids decoded. Of a step's board
-the mirror may show a part only. What is not found is refused by the picture's name; a
-photograph of the platter too many, or of the viewer's boards, is left out and named.
+The detector of the library finds boards, and active grids are decoded. The mirror may
+show a part of a step's board only. Images without a required board or grid are
+rejected with their name. Redundant images of the flat reference mirror, or of the
+boards of the viewing camera, are excluded and reported.
 """
 
 import numpy as np
@@ -27,20 +28,20 @@ from raxel.features.grids import decode_grids
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, ImageSet
 
-MIN_N_BOARDS = 3  # of the viewer, by Zhang's method
-N_PICKS = 15  # along the clamp's edge
-# Standard deviations of a pick that the edge may lie from the line through the picks.
+MIN_N_BOARDS = 3  # for the viewing camera, by Zhang's method
+N_PICKS = 15  # along the clamped edge
+# Mean distance of the edge from the line through the given points, in their SD.
 MAX_EDGE_OFFSET_SIGMAS = 3.0
-# Two pictures of a board lie nearer in one order than in any other by this much.
+# Distance of the best corner order over that of the second best, in a clear case.
 MAX_ORDER_RATIO = 0.7
 
 
 def mirror_views(mirror_set, say=None):
-    """MirrorViews of a MirrorSet; say: a callable told one line for each picture.
+    """MirrorViews of a MirrorSet; say: a callable for one line of text per image.
 
-    Raises InputError, one line, for pictures that cannot be read, for a board or grid
-    that is not found where it is needed, and for a viewer that is no central camera of
-    the pictures' size.
+    Raises InputError for images that cannot be read, for a required board or grid that
+    is not found, and for a viewing camera that is not central or has another image
+    size.
     """
     viewer, flags = _viewer(mirror_set, say)
     image_set = mirror_set.grids
@@ -56,10 +57,10 @@ def mirror_views(mirror_set, say=None):
 
 def ordered_like(before, after):
     """The BoardView `after` with its corners in the order of those of `before`, and
-    whether that is clear.
+    whether that order is unambiguous.
 
-    A board may be counted from one corner or another; of the orders that its numbers of
-    rows and columns allow, the one whose corners lie nearest in the picture.
+    Counting may start at different corners of a board. Of the orders that its numbers
+    of rows and columns allow, the one with the nearest corners in the image is chosen.
     """
     lattice = np.arange(after.columns * after.rows).reshape(after.rows, after.columns)
     turned = [np.rot90(lattice, k) for k in range(4)]
@@ -76,8 +77,8 @@ def ordered_like(before, after):
 
 
 def clamp_picks(mirror_set, viewer):
-    """ClampPicks along the clamp: on the edge in the picture where there is one near
-    the given points, else these points."""
+    """ClampPicks along the clamp: on the edge in the image where one is near the given
+    points, else these points."""
     given = np.array(mirror_set.clamp.points)
     sd, hidden = mirror_set.clamp.sd_px, mirror_set.clamp.hidden_mm
     between = _between(given)
@@ -92,7 +93,7 @@ def clamp_picks(mirror_set, viewer):
         line, by_hand = clamp_line(viewer, near), clamp_line(viewer, given)
     except CalibrationError:
         return told
-    # How far the edge lies from the line by hand, px.
+    # Distance of the edge from the given line, px.
     across = np.array([np.cos(by_hand.angle), np.sin(by_hand.angle)])
     scale = np.median(magnification(viewer, near))
     off = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
@@ -113,7 +114,7 @@ def _between(given):
 
 
 def _lit(image_set):
-    """The mean of all photographs of the first view (H, W): the mirror, lit evenly."""
+    """Mean of all images of the first view (H, W): the evenly lit mirror."""
     view = image_set.views[0]
     total = 0.0
     for name in view.files:
@@ -136,9 +137,9 @@ def _viewer(mirror_set, say):
     views, missed = _found(mirror_set.viewer, say)
     if len(views) < MIN_N_BOARDS:
         raise InputError(
-            f"{mirror_set.viewer.description}: views: board found in {len(views)} of "
-            f"{len(views) + len(missed)} images, the viewer needs {MIN_N_BOARDS}"
-            f"{_first(missed)}"
+            f"{mirror_set.viewer.description}: views: found the board in {len(views)} "
+            f"of {len(views) + len(missed)} images; add images, at least "
+            f"{MIN_N_BOARDS} with the board{_first(missed)}"
         )
     try:
         camera = calibrate_zhang(views, *mirror_set.size).camera
@@ -146,11 +147,11 @@ def _viewer(mirror_set, say):
         raise CalibrationError(
             f"{mirror_set.viewer.description}: views: {fault}", code=fault.code
         ) from fault
-    return camera, tuple(f"viewer: {n}: left out: {why}" for n, why in missed)
+    return camera, tuple(f"viewer: {n}: excluded: {why}" for n, why in missed)
 
 
 def _found(image_set, say, views=None):
-    """(BoardViews, [(name, reason)] of the pictures without a board)"""
+    """(BoardViews, [(name, reason)] of the images without a board)"""
     boards = detect_boards(image_set, views=views, say=say)
     missed = [(b.view.label, b.detection.reason) for b in boards]
     missed = [
@@ -164,7 +165,7 @@ def _first(missed):
 
 
 def _warnings(decoded):
-    """What the decoder says of SeenGrids, each once."""
+    """Distinct warnings of the decoder about SeenGrids."""
     return dict.fromkeys(text for seen in decoded for text in seen.warnings)
 
 
@@ -177,13 +178,13 @@ def _grid(image_set, seen):
         except CalibrationError as fault:
             reason = str(fault)
     raise InputError(
-        f"{image_set.description}: {seen.view.label}: no grid seen: {reason}; "
-        "photograph the monitor's patterns in the mirror anew"
+        f"{image_set.description}: {seen.view.label}: grid not found ({reason}); "
+        "take new images of the monitor's patterns in the mirror"
     )
 
 
 def _platter(mirror_set, viewer, say):
-    """(PlatterPictures, flags), without those that show no board or no grid."""
+    """(PlatterPictures, flags), without those in which a board or a grid is missing."""
     boards, missed = _found(mirror_set.plate, say)
     by_name = {view.name: view for view in boards}
     grids = list(decode_grids(mirror_set.platter, mirror_set.platter.views, say))
@@ -198,24 +199,24 @@ def _platter(mirror_set, viewer, say):
                 grid = flat_view(viewer, _grid(mirror_set.platter, grids[k]))
                 if plate in why_not:
                     raise InputError(
-                        f"{mirror_set.plate.description}: {plate}: no board found: "
-                        f"{why_not[plate]}; photograph the plate's board anew"
+                        f"{mirror_set.plate.description}: {plate}: board not found "
+                        f"({why_not[plate]}); take a new image of the plate's board"
                     )
             except InputError as fault:
-                flags.append(f"platter: left out: {fault}")
+                flags.append(f"platter: excluded: {fault}")
                 continue
-            # A place of the platter for each picture: nothing says it stayed.
+            # One position of the flat mirror per image: it may have moved between them.
             pictures.append(
                 PlatterPicture(by_name[plate], grid, len(pictures), position)
             )
             usable += 1
         if not usable:
-            raise InputError(flags[-1].removeprefix("platter: left out: "))
+            raise InputError(flags[-1].removeprefix("platter: excluded: "))
     return tuple(pictures), tuple(flags)
 
 
 def _steps(mirror_set, say):
-    """(StepViews, flags), each board's corners in one order before and after."""
+    """(StepViews, flags), the corners of each board in one order before and after."""
     labels = {view.label: view for view in mirror_set.stages.views}
     names = [name for step in mirror_set.steps for name in (step.before, step.after)]
     wanted = [labels[name] for name in dict.fromkeys(names)]
@@ -234,15 +235,15 @@ def _steps(mirror_set, say):
             of[step.after], clear = ordered_like(before, of[step.after])
         if not clear:
             flags.append(
-                f"step {k}: the board moved so far in the picture that it may be "
-                "counted from another corner after the deflection; take smaller steps"
+                f"step {k}: the corner order after the deflection is ambiguous (large "
+                "motion of the board in the image); use smaller steps"
             )
         steps.append(StepViews(before, of[step.after], step.deflection_mm))
     return tuple(steps), tuple(flags)
 
 
 def _steps_in_part(mirror_set, boards):
-    """The same where not every picture shows the whole board."""
+    """As `_steps`, where some images show a part of the board."""
     of = {}
     for board in boards:
         lattice = lattice_of(board.detection)
@@ -255,7 +256,7 @@ def _steps_in_part(mirror_set, boards):
         of[step.after] = labelled_like(of[step.before], of[step.after], clamp, pair)
         counts = [len(of[name].corners) for name in (step.before, step.after)]
         flags.append(
-            f"step {k}: a part of the board is seen, {counts[0]} corners before and "
+            f"step {k}: the board is partly visible, {counts[0]} corners before and "
             f"{counts[1]} after"
         )
     views = on_one_lattice(list(of.values()), mirror_set.stages.target, list(of))
@@ -269,6 +270,6 @@ def _steps_in_part(mirror_set, boards):
 
 def _without_board(mirror_set, board):
     return (
-        f"{mirror_set.stages.description}: {board.view.label}: no board found: "
-        f"{board.detection.reason}; photograph the board in the mirror anew"
+        f"{mirror_set.stages.description}: {board.view.label}: board not found "
+        f"({board.detection.reason}); take a new image of the board in the mirror"
     )

@@ -1,11 +1,9 @@
-"""Observations of a flexible mirror: sightings, ray points, matches, support.
+"""Observations in a flexible mirror: sightings, ray points, matches, support.
 
-A board of which a mirror shows a part: the same corners before and after a bend.
-
-A board that reaches beyond the mirror has no corner to count from. Its lattice, as
-found in one picture, may be turned and shifted against that of another. What tells is
-the clamp: there the mirror stays, so both pictures show the same places of the board
-there. Where on the lattice these are, is run on from the corners to the clamp.
+A partly visible board has no first corner to count from. Its lattice in one image may
+be rotated and shifted against that in another. The clamp resolves the ambiguity: the
+mirror does not move there, so both images show the same board positions at the clamp.
+These positions are extrapolated from the corners.
 """
 
 from __future__ import annotations
@@ -29,18 +27,18 @@ from raxel.geometry.poses import nearest_rotation, pose, pose_from_homography
 from raxel.geometry.spline_grids import SplineGrid, spline_grid
 from raxel.sets.model import Chessboard
 
-# Points of a flat target in the picture of a central camera, and its pose from them.
+# Points of a flat target in the image of a central camera, and the pose from them.
 # Image points are normalised: (x/z, y/z) of the viewing ray, without distortion.
-# Their errors are told in pixels, by the local magnification of the camera.
+# The local magnification of the camera converts their errors to pixels.
 
 
-MIN_N_POSE_CORNERS = 6  # corners: a pose's six numbers from twelve
-MIN_SD_PX = 1e-3  # no corner is known better, also where it is true by construction
+MIN_N_POSE_CORNERS = 6  # twelve equations for the six pose parameters
+MIN_SD_PX = 1e-3  # highest accuracy of a corner, also of an exact one
 
 
 class Sighting(NamedTuple):
-    """image (N, 2), normalised; scale (N,) px for a unit of it; points (N, 2) of the
-    target, mm; sd (N,) px, of each corner along an axis, NaN where unknown."""
+    """image (N, 2), normalised; scale (N,), px per unit; points (N, 2) of the target,
+    mm; sd (N,), px, of each corner along an axis, NaN where unknown."""
 
     image: np.ndarray
     scale: np.ndarray
@@ -49,17 +47,17 @@ class Sighting(NamedTuple):
     unknown_sd: bool = False
 
     def alike(self):
-        """The same, with all corners equally certain, as is unknown how much."""
+        """The same with equal standard deviations, for corners of unknown accuracy."""
         return self._replace(sd=np.ones(len(self.points)), unknown_sd=True)
 
     def residuals(self, p):
-        """(2N,) px over sd: found less projected, of points p (N, 3) ahead."""
+        """(2N,) px over sd: detected minus projected, for points p (N, 3) in front."""
         with np.errstate(divide="ignore", invalid="ignore"):
             projected = np.where(p[:, 2:] > 0, p[:, :2] / p[:, 2:], np.nan)
         return ((self.image - projected) * (self.scale / self.sd)[:, None]).ravel()
 
     def change(self, p, motion):
-        """(2N, k): change of the residuals as points p move, motion (N, 3, k)."""
+        """(2N, k): change of the residuals with points p, motion (N, 3, k)."""
         depth = p[:, 2]
         weight = -self.scale / self.sd / depth
         projected = (p[:, :2] / depth[:, None])[:, :, None]
@@ -111,7 +109,7 @@ def magnification(viewer: Camera, pixels: ArrayLike) -> NDArray[np.float64]:
 
 
 def sighting(viewer, view, name):
-    """Sighting of the corners of a view that were found and have a viewing ray.
+    """Sighting of the corners of a view that were detected and have a viewing ray.
 
     Raises CalibrationError for fewer than MIN_N_POSE_CORNERS.
     """
@@ -121,8 +119,8 @@ def sighting(viewer, view, name):
     found = np.isfinite(image).all(axis=1)
     if np.count_nonzero(found) < MIN_N_POSE_CORNERS:
         raise CalibrationError(
-            f"{name}: found {np.count_nonzero(found)} corners; at least "
-            f"{MIN_N_POSE_CORNERS} are needed",
+            f"{name}: found {np.count_nonzero(found)} corners; give at least "
+            f"{MIN_N_POSE_CORNERS}",
             code="too-few-corners",
         )
     scale = magnification(viewer, pixels[found])
@@ -134,9 +132,9 @@ def sighting(viewer, view, name):
 def seen_pose(seen):
     """T_camera_grid (4, 4), right-handed, of the target of a Sighting.
 
-    From the homography, then by least angles. A flat target that is small or far has a
-    second minimum, of the opposite tilt: both are tried. Raises CalibrationError for
-    points that leave the pose open.
+    From the homography, refined by least angles. For a small or distant flat target
+    the cost has a second minimum with the opposite tilt: both are tried. Raises
+    CalibrationError for points that do not determine the pose.
     """
     rays = np.column_stack([seen.image, np.ones(len(seen.image))])
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -150,8 +148,8 @@ def seen_pose(seen):
 
 
 def other_tilt(T_camera_grid, points):
-    """The pose (4, 4) that looks alike from far: tilted the other way to the line of
-    sight, about the middle of points (N, 2)."""
+    """The pose (4, 4) with nearly the same image: tilted to the other side of the line
+    of sight, about the centroid of points (N, 2)."""
     middle = points.mean(axis=0)[None]
     at = placed_points(middle, T_camera_grid)[0]
     sight = at / np.linalg.norm(at)
@@ -161,15 +159,15 @@ def other_tilt(T_camera_grid, points):
 
 
 # Distances of scene points from the scene rays of a spline mirror (5.29), as vectors.
-# The length of the vector is the thesis's scalar distance: the sum of squares is the
-# same, but the root in the scalar makes Gauss-Newton stall, and the vector's Jacobian
-# is smooth. With the normal m = M c, linear in the coefficients c, the unit viewing
-# ray V, the scene ray V_r = V - 2 (V . m) m / m.m, q = P - S and a = V_r . q: r = (I
-# - V_r V_r^T) q dr/dc = -(a I + V_r q^T) G M - (I - V_r V_r^T) dS/dc G = -2 [m V^T /
-# m.m + (V . m) / m.m I - 2 (V . m) / (m.m)^2 m m^T]
+# The length of the vector is the thesis's scalar distance, and the sum of squares is
+# the same. The root in the scalar stalls Gauss-Newton; the vector's Jacobian is smooth.
+# With the normal m = M c, linear in the coefficients c, the unit viewing ray V, the
+# scene ray V_r = V - 2 (V . m) m / m.m, q = P - S and a = V_r . q: r = (I - V_r V_r^T)
+# q, dr/dc = -(a I + V_r q^T) G M - (I - V_r V_r^T) dS/dc, G = -2 [m V^T / m.m + (V . m)
+# / m.m I - 2 (V . m) / (m.m)^2 m m^T]
 
 
-RAY_STEP = 1e-6  # of normalised image coordinates, for the change with the viewing ray
+RAY_STEP = 1e-6  # normalised, for derivatives with respect to the viewing ray
 
 
 class RayPoints:
@@ -276,7 +274,7 @@ class RayPoints:
         return -2 * G
 
     def _slide(self, c):
-        """(N, 3): change of mirror points with what the depth rows give."""
+        """(N, 3): change of mirror points with the depth rows."""
         if self.quantity == "distance":
             return self.w
         return -self.w / ((self.depth_rows @ c) ** 2)[:, None]
@@ -286,23 +284,23 @@ def _dot(a, b):
     return np.einsum("ni,ni->n", a, b)
 
 
-# Wrong matches between a flat grid and a picture of it in a smooth mirror. Over the
-# grid the picture is a smooth function: a cubic in the grid's coordinates leaves some
-# pixels where features belong to their points, and many where they do not.
+# Wrong matches between a flat grid and its image in a smooth mirror. The image is a
+# smooth function of the grid's coordinates: a cubic leaves a few pixels for correct
+# matches and many for wrong ones.
 
 
-# Powers of a cubic in two coordinates.
+# Exponents of a cubic in two coordinates.
 CUBIC_EXPONENTS = [(i, j) for i in range(4) for j in range(4 - i)]
 MAX_N_ROUNDS, MEDIAN_TOL = 30, 1e-2
-# Beyond this many medians of the right ones, and px, a feature is wrong.
+# Medians of the correct ones, and px, beyond which a feature is wrong.
 OUTLIER_MEDIANS, MIN_OUTLIER_PX = 6.0, 8.0
 
 
 def wrong_matches(points, pixels):
-    """Which rows (N,) bool lie off a smooth picture; False where pixels are NaN.
+    """Which rows (N,) bool deviate from a smooth image; False where pixels are NaN.
 
-    points: (N, 2) on the grid; pixels: (N, 2). The sum of distances, not of squares,
-    is made small, so that up to a third may be wrong. Too few to tell: none is.
+    points: (N, 2) on the grid; pixels: (N, 2). The fit minimises the sum of distances,
+    so up to a third may be wrong. With too few features no row is marked.
     """
     shown = np.isfinite(pixels).all(axis=1)
     wrong = np.zeros(len(points), bool)
@@ -316,8 +314,8 @@ def wrong_matches(points, pixels):
 
 
 def _least_distances(A, pixels):
-    """Distances (N,) px from the polynomial whose sum of distances is least, by
-    reweighted squares."""
+    """Distances (N,), px, from the polynomial with the least sum of distances, by
+    iteratively reweighted least squares."""
     weights, median = np.ones(len(A)), np.inf
     for _ in range(MAX_N_ROUNDS):
         normal = A.T * weights
@@ -335,23 +333,23 @@ def _centred(points):
     return (2 * points - low - high) / np.maximum(high - low, 1e-12)
 
 
-# Which knot intervals of a spline mirror features support. Where none does, the
-# residual stays small while the shape is anything (5.2.2): features must lie at least
-# in the first and the last interval, along u and along v. How far they reach into
-# these tells how much of the edge is carried on.
+# Knot intervals of a spline mirror with features. Without features the residual stays
+# small for an arbitrary shape (5.2.2): the first and the last interval along u and v
+# need at least one. The reach of features into them determines how much of the edge is
+# extrapolated.
 
 
-# Of the outermost interval: with less of it reached, the edge is a guess.
+# As a fraction of the outermost interval: with less, the edge is extrapolated.
 MIN_REACH = 0.6
 ENDS = (("u", 0, "first"), ("u", -1, "last"), ("v", 0, "first"), ("v", -1, "last"))
 
 
 class Support(NamedTuple):
-    """Features per knot interval.
+    """Number of features per knot interval.
 
-    along_u, along_v: numbers of features; cells (n_u, n_v): in each; reach: of the
-    first and last interval along u, then along v, the share between its inner knot and
-    the outermost feature, 0 where it has none.
+    along_u, along_v: numbers of features; cells (n_u, n_v): in each cell; reach: for
+    the first and last interval along u, then along v, the fraction between its inner
+    knot and the outermost feature, 0 without features.
     """
 
     along_u: np.ndarray
@@ -360,7 +358,7 @@ class Support(NamedTuple):
     reach: np.ndarray
 
     def missing(self):
-        """Names of the outermost intervals that hold no feature."""
+        """Names of the outermost intervals without a feature."""
         return [
             f"the {place} knot interval along {axis}"
             for axis, end, place in ENDS
@@ -368,7 +366,7 @@ class Support(NamedTuple):
         ]
 
     def weak(self):
-        """Names of the outermost intervals that features reach too little into."""
+        """Names of the outermost intervals with a small reach of the features."""
         return [
             f"the {place} knot interval along {axis} ({100 * share:.0f} % of it)"
             for (axis, _, place), share in zip(ENDS, self.reach, strict=True)
@@ -395,8 +393,8 @@ def support_of(grid, p):
 
 
 def clamped_end(grid, clamp):
-    """("u", 0) or ("u", -1), the end at which a Clamp or FixedLine holds place and
-    slope; None where there is none, or it holds no slope."""
+    """("u", 0) or ("u", -1), the end at which a Clamp or FixedLine fixes position and
+    slope; None without such a clamp."""
     if clamp is None or clamp.slopes is None:
         return None
     u = np.median(grid.turned(clamp.points)[:, 0])
@@ -407,8 +405,8 @@ def clamped_end(grid, clamp):
 def need_support(support, clamp_at=None, prior=False):
     """Flags (list of text) for weak intervals; CalibrationError for unsupported ones.
 
-    clamp_at: ("u", 0) or the like, the end that a clamp in place and slope carries;
-    prior: whether a prior carries what features do not, which is then flagged.
+    clamp_at: ("u", 0) or ("u", -1), the end whose position and slope a clamp fixes;
+    prior: whether a prior determines intervals without features, which are flagged.
     """
     carried = dict.fromkeys(
         (f"the {place} knot interval along {axis}"
@@ -418,22 +416,23 @@ def need_support(support, clamp_at=None, prior=False):
     open_ends = [name for name in missing if name not in carried]
     if open_ends and not prior:
         raise CalibrationError(
-            f"mirror shape: no common feature in {', '.join(open_ends)}; its shape "
-            "would be a guess: use fewer knots, a smaller deflection, features that "
-            "reach there, or a prior",
+            f"mirror shape: no common feature in {', '.join(open_ends)}; use fewer "
+            "knots, a smaller deflection, features in these intervals, or a prior",
             code="no-feature-at-end",
         )
-    flags = [f"{name}: carried by {carried.get(name, 'the prior')}" for name in missing]
+    flags = [
+        f"{name}: determined by {carried.get(name, 'the prior')}" for name in missing
+    ]
     return flags + [f"{name}: few features" for name in support.weak()]
 
 
 def supported_grid(span, p, most=(7, 3), degree=(2, 2), angle=0.0, clamp_at=None):
-    """The SplineGrid with the most basis functions whose outermost intervals features
+    """SplineGrid with the most basis functions whose outermost intervals features
     support, at most `most` (Kf, Kg).
 
-    span: (M, 2), what its box spans; p: (N, 2), the features common to both pictures:
-    the further they were displaced, the fewer reach the free edge, and the wider its
-    interval must be. Raises CalibrationError where not even one interval will do.
+    span: (M, 2), span of its box; p: (N, 2), the features common to both images. The
+    larger their displacement, the fewer reach the free edge, and the wider its interval
+    must be. Raises CalibrationError where not even one interval is supported.
     """
     shape = list(most)
     while True:
@@ -458,15 +457,15 @@ def _unsupported_axes(support, clamp_at):
     return sorted(poor)
 
 
-# Fewest corners of a picture, three for each number of a quadratic.
+# Minimum number of corners in an image, three for each coefficient of a quadratic.
 MIN_N_LATTICE_CORNERS = 18
-# Steps of the lattice by which places at the clamp may differ between the pictures, and
-# by which they must differ in any other labelling. On both geometries of chapter 5, 24
-# runs of three deflections of 5 mm: 0.3 at most, and 0.9 at least.
+# Lattice steps between the board positions at the clamp in both images: maximum for the
+# correct labelling, minimum for any other. On both geometries of chapter 5, 24 runs of
+# three deflections of 5 mm: at most 0.3, and at least 0.9.
 MAX_CLAMP_SHIFT, MIN_OTHER_SHIFT = 0.4, 0.7
-# Room for lattices on a common one, in boards.
+# Size of the common lattice, in boards.
 LATTICE_BOARDS = 3
-# A lattice may be turned by right angles, and turned over (rows with columns).
+# Symmetries of a lattice: rotations by 90 degrees, and transposition of rows, columns.
 LATTICE_SYMMETRIES = tuple(
     np.array([[a, b], [c, d]])
     for a, b, c, d in product((-1, 0, 1), repeat=4)
@@ -523,8 +522,8 @@ def labelled_like(
     fewest = min(len(before.corners), len(after.corners))
     if fewest < MIN_N_LATTICE_CORNERS:
         raise InputError(
-            f"{name}: a picture shows {fewest} corners of the board; at least "
-            f"{MIN_N_LATTICE_CORNERS} are needed to tell which is which",
+            f"{name}: found {fewest} corners of the board in an image; show at least "
+            f"{MIN_N_LATTICE_CORNERS} to identify them",
             code="too-few-corners",
         )
     (there, hand), (places, other_hand) = (
@@ -541,8 +540,8 @@ def labelled_like(
     found.sort(key=lambda one: one[0])
     if found[0][0] > MAX_CLAMP_SHIFT or found[1][0] < MIN_OTHER_SHIFT:
         raise InputError(
-            f"{name}: it cannot be told which corner of the board is which after the "
-            "deflection; use a smaller one, or show the board up to the clamp",
+            f"{name}: the corner labels after the deflection are ambiguous; use a "
+            "smaller deflection, or show the board up to the clamp",
             code="corners-not-matched",
         )
     return after._replace(indices=found[0][1])
@@ -553,8 +552,8 @@ def on_one_lattice(
 ) -> list[BoardView]:
     """Return views of lattices that are labelled alike, all with the same corners.
 
-    The lattice is LATTICE_BOARDS of the chessboard's sides wide, with the first partial in its
-    middle.
+    The lattice has LATTICE_BOARDS times the chessboard's side, with the first partial
+    in its middle.
 
     Parameters
     ----------
@@ -585,8 +584,8 @@ def on_one_lattice(
         at = partial.indices - origin
         if at.min() < 0 or at.max() >= side:
             raise InputError(
-                f"{name}: its corners are {LATTICE_BOARDS // 2} boards away from those of "
-                f"{names[0]}; use smaller deflections",
+                f"{name}: its corners are {LATTICE_BOARDS // 2} boards away from those "
+                f"of {names[0]}; use smaller deflections",
                 code="corners-not-matched",
             )
         pixels = np.full((side * side, 2), np.nan)
@@ -596,8 +595,8 @@ def on_one_lattice(
 
 
 def _run_on(partial, clamp):
-    """(Places (L, 2) on the lattice at pixels `clamp`, by a quadratic through all
-    corners; whether rows and columns turn clockwise, 1 or -1)."""
+    """(Lattice positions (L, 2) at pixels `clamp`, from a quadratic through all
+    corners; orientation of rows and columns, 1 for clockwise or -1)."""
     middle = partial.corners.mean(axis=0)
     scale = np.abs(partial.corners - middle).max()
     A, at = (_quadratic((p - middle) / scale) for p in (partial.corners, clamp))

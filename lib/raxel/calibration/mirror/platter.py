@@ -1,16 +1,17 @@
-"""Where a grid is that a camera sees only in a plane mirror (5.26, 5.27).
+"""Pose of a grid that a camera sees only in a flat reference mirror (5.26, 5.27).
 
-A mirror of known place (a hard disk's platter) lies on a chessboard. The board gives
-the mirror's plane, the reflected picture of a monitor gives the pose of the monitor's
-mirror image, and reflection in the plane takes that to the monitor.
+A flat mirror of known thickness (in the thesis a hard-disk platter) is on a chessboard.
+The board determines the plane of the mirror. The reflected image of a monitor
+determines the pose of the monitor's mirror image, and reflection in the plane gives the
+pose of the monitor.
 
 Points x of the plane fulfil n.x + d = 0 with n the unit normal towards the camera and
 d > 0 the camera's distance. Then T^R has -2 d n (E-5.10); for n.x = d it would be +2 d
-n. A reflection turns hands: the third column of T^R P^v is changed in sign, which moves
-no point of a flat grid.
+n. A reflection changes handedness: the third column of T^R P^v changes its sign, which
+moves no point of a flat grid.
 
-Frame: the viewer's. Sources: Bonfort, Sturm, Gargallo 2006, ACCV (grids in known poses
-seen in a plane mirror); thesis 5.2.1.
+Frame: that of the viewing camera. Sources: Bonfort, Sturm, Gargallo 2006, ACCV (grids
+in known poses seen in a plane mirror); thesis 5.2.1.
 """
 
 from __future__ import annotations
@@ -42,16 +43,16 @@ from raxel.geometry.homography import apply_homography, homography_dlt
 from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.poses import vector_from_rotation
 
-# A monitor seen in a flat mirror, without pixels that were decoded wrongly. At the
-# rim of a mirror, and in the dark beside it, a pixel now and then decodes to a point
-# that it does not see. In a flat mirror the picture of a flat monitor is a homography
-# (undistorted), which few wrong pixels do not hide. How far the others lie from it
-# says how exactly they were decoded, with what a decoder cannot know of.
+# Outlier rejection for a monitor seen in a flat mirror. At the edge of a mirror, and in
+# the dark area next to it, some pixels decode to wrong points. The undistorted image of
+# a flat monitor in a flat mirror is a homography, which is robust to a few wrong
+# pixels. The residuals of the other pixels give the actual decoding error, including
+# errors that the decoder cannot estimate.
 
 
-# Pixels beyond this many medians, or px where the median is less, are wrong.
+# Medians, and px as a minimum, beyond which a pixel is an outlier.
 OUTLIER_MEDIANS, MIN_OUTLIER_PX, MAX_N_ROUNDS = 6.0, 0.5, 10
-# More than this share is not left out in silence.
+# Larger fractions of outliers are an error.
 MAX_OUTLIER_FRACTION = 0.25
 
 
@@ -92,11 +93,11 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
     left, whole = np.count_nonzero(seen & ~right), np.count_nonzero(seen)
     if left > MAX_OUTLIER_FRACTION * whole:
         raise CalibrationError(
-            f"{view.name}: {left} of {whole} pixels do not see a flat monitor in a "
-            "flat mirror; photograph its patterns anew, with nothing moved",
+            f"{view.name}: {left} of {whole} pixels do not fit a flat monitor in a "
+            "flat mirror; take new images of its patterns with a static scene",
             code="not-flat",
         )
-    # Two components, and the median of their length.
+    # Two components, from the median of their length.
     sd = np.median(off[right]) / np.sqrt(2 * np.log(2))
     return view._replace(
         pixels=np.where(right[:, None], pixels, np.nan), sd=np.full(len(pixels), sd)
@@ -105,8 +106,8 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
 
 MAX_N_STEPS, COST_TOL = 50, 1e-12
 ROUNDING_PX = 1e-9
-# px: a fit of right correspondences leaves less than this, or less than so many of
-# their standard deviations where these are known and larger.
+# Residual limits of correct correspondences: px, or multiples of their standard
+# deviations where these are known and larger.
 MAX_RMS_PX, MAX_RMS_SIGMAS = 5.0, 3.0
 
 
@@ -133,9 +134,9 @@ class PlatterPicture(NamedTuple):
 
 
 class GridMotion(NamedTuple):
-    """From one place of a grid to another: shift (3,) mm of a point of the grid, in the
-    camera's frame; rotation (3,), its vector in radians, in the frame of the first
-    place; distance, angle: their lengths; their standard deviations."""
+    """Motion between two positions of a grid: shift (3,), mm, of a point of the grid,
+    in the camera frame; rotation (3,), rotation vector in rad, in the frame of the
+    first position; distance, angle: their lengths; their standard deviations."""
 
     shift: np.ndarray
     rotation: np.ndarray
@@ -240,8 +241,8 @@ def platter_plane(T_camera_board: ArrayLike, thickness: float) -> NDArray[np.flo
     d = -n @ T[:3, 3] - thickness
     if not (np.isfinite(thickness) and d > 0):
         raise InputError(
-            f"platter: field 'thickness': found {thickness} mm, which puts the surface "
-            f"{d:.1f} mm before the camera; give mm, and tilt the board to the camera"
+            f"platter: field 'thickness': {thickness} mm puts the surface {d:.1f} mm "
+            "in front of the camera; give mm, and tilt the board towards the camera"
         )
     return np.append(n, d)
 
@@ -270,7 +271,7 @@ def reflected_pose(
     Thesis (5.27).
     """
     T = reflection(plane) @ np.asarray(T_camera_virtual, float)
-    # The third axis reversed: the same points of the plane, the other hand.
+    # Reverse the third axis: same points of the plane, other handedness.
     T[:3, 2] *= -1
     return T
 
@@ -334,8 +335,8 @@ def grid_poses_in_platter(
 def grid_motion(T_camera_grid, covariance, first, second, point):
     """GridMotion between two of n poses, at a point (2,) of the grid.
 
-    T_camera_grid: (n, 4, 4); covariance: (6 m, 6 m), m >= n, of (w, s) as PlatterPoses
-    has it.
+    T_camera_grid: (n, 4, 4); covariance: (6 m, 6 m), m >= n, of (w, s) as in
+    PlatterPoses.
     """
     T, U = T_camera_grid[first], T_camera_grid[second]
     point = np.asarray(point, float)[None]
@@ -351,7 +352,7 @@ def grid_motion(T_camera_grid, covariance, first, second, point):
     J[3:, 6 * second : 6 * second + 3] = np.eye(3)
     spread = J @ covariance @ J.T
     along = shift / max(distance, 1e-300)
-    # Of errors that are exactly alike rounding may leave less than nothing.
+    # Rounding can make the variance of equal errors negative.
     variances = along @ spread[:3, :3] @ along, np.trace(spread[3:, 3:])
     distance_sd, angle_sd = np.sqrt(np.maximum(variances, 0.0)).tolist()
     return GridMotion(
@@ -360,8 +361,8 @@ def grid_motion(T_camera_grid, covariance, first, second, point):
 
 
 class _Problem(NamedTuple):
-    """The least squares of `grid_poses_in_platter`. A state is a stack of poses (n + m,
-    4, 4), those of the grids first, then those of the boards."""
+    """Least squares of `grid_poses_in_platter`. A state is a stack of poses (n + m, 4,
+    4): grids, then boards."""
 
     boards: list[Sighting]
     grids: list[Sighting]
@@ -378,7 +379,7 @@ class _Problem(NamedTuple):
         return 2 * sum(len(s.points) for s in self.boards + self.grids)
 
     def start(self):
-        """Poses of the first picture of each number."""
+        """Poses of the first image of each number."""
         boards = [
             seen_pose(self.boards[np.argmax(self.platters == j)])
             for j in range(self.platters.max() + 1)
@@ -402,11 +403,11 @@ class _Problem(NamedTuple):
         return gauss_newton(residuals, lambda: self.jacobian(state))
 
     def residuals(self, state):
-        """(rows,) px, found less projected, over the standard deviations."""
+        """(rows,) px, detected minus projected, over the standard deviations."""
         return np.concatenate([r for r, _ in self._blocks(state)])
 
     def jacobian(self, state):
-        """(rows, 6 (n + m)): how the residuals change with (w, s) of each pose."""
+        """(rows, 6 (n + m)): change of the residuals with (w, s) of each pose."""
         blocks = []
         for residuals, parts in self._blocks(state):
             J = np.zeros((len(residuals), 6 * len(state)))
@@ -464,9 +465,9 @@ class _Problem(NamedTuple):
             expected = np.sqrt(2 * np.mean(sd**2))
         if not rms_px <= max(MAX_RMS_PX, MAX_RMS_SIGMAS * expected):
             raise CalibrationError(
-                f"platter: the corners lie {rms_px:.1f} px (rms) from where the poses "
-                "put them; check that corners are matched, and that platter and grid "
-                "stood still in pictures of one number",
+                f"platter: corners deviate by {rms_px:.1f} px (rms) from the fitted "
+                "poses; check the corner matches (mirror and grid must not move "
+                "between images of one number)",
                 code="poses-misfit",
             )
         J = self.jacobian(state)
@@ -478,13 +479,13 @@ class _Problem(NamedTuple):
 
 
 def _refuse_behind(points, T_camera_grid, plane, picture):
-    """Raise CalibrationError for a grid that is not before the mirror."""
+    """Raise CalibrationError for a grid that is not in front of the mirror."""
     height = placed_points(points, T_camera_grid) @ plane[:3] + plane[3]
     if not (height > 0).all():
         raise CalibrationError(
-            f"platter picture {picture}: grid: its image lies {-height.min():.0f} mm "
-            "before the mirror; its corners were not seen in the platter, or board and "
-            "grid are exchanged",
+            f"platter: image {picture}: the mirror image of the grid is "
+            f"{-height.min():.0f} mm in front of the mirror; check that its corners "
+            "are reflections, and that board and grid are not exchanged",
             code="image-before-mirror",
         )
 
@@ -494,6 +495,6 @@ def _numbered(what, numbers):
     if len(numbers) == 0 or set(numbers) != set(range(numbers.max() + 1)):
         raise InputError(
             f"platter: field '{what}': found {sorted(set(numbers.tolist()))}; number "
-            "the places of the pictures from 0 and leave out none"
+            "the positions of the images from 0 without gaps"
         )
     return numbers

@@ -1,12 +1,13 @@
-"""Primary calibration: the mirror's first shape, from grids in known poses (5.2.1).
+"""Primary calibration: first shape of the mirror, from grids in known poses (5.2.1).
 
-A grid is seen in the mirror in two or more known positions. Each pixel sees a point of
-every position, so its scene ray is known without any model (2.3.3), and where it comes
-nearest to the viewing ray lies the mirror. The normals of the rays' pairs give a spline
-up to scale (5.15, 5.16); the mirror points give the scale. Then the spline is refined:
-the distances of all points of all grids from their scene rays are made small.
+This is phase-measuring deflectometry. A grid is seen in the mirror in two or more known
+positions. Each pixel sees a point of every position, so its scene ray is known without
+a model (2.3.3). The mirror is where the scene ray is closest to the viewing ray. The
+normals of the ray pairs give a spline up to scale (5.15, 5.16), and the mirror points
+give the scale. The refinement minimises the distances of all grid points from their
+scene rays.
 
-Frame: the viewer's; mm.
+Frame: that of the viewing camera; mm.
 """
 
 from __future__ import annotations
@@ -44,19 +45,15 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.spline_grids import spline_grid
 
-# Linear stage of the primary calibration, without points that were decoded wrongly.
-# Each pixel sees a point of every grid, so its scene ray is known without any model
-# (2.3.3), and where it comes nearest to the viewing ray lies the mirror. The normals
-# of the rays' pairs give a spline up to scale (5.15, 5.16); the mirror points give
-# the scale. Frame: the viewer's; mm.
+# Linear stage of the primary calibration, with rejection of wrongly decoded points.
 
 
-# Sine of the angle between viewing ray and scene ray below which they fix no point.
+# Sine of the angle between viewing ray and scene ray, for a well-determined point.
 MIN_RAY_ANGLE_SINE = 0.02
-# mm, mean: rays of one mirror pass each other more closely than this.
+# Mean distance between viewing rays and scene rays of one mirror.
 MAX_MISS_MM = 20.0
-# Points of the grids beyond this many medians are wrong, where no median is less, mm;
-# more than this share is not left out in silence.
+# Medians, and mm as a minimum, beyond which grid points are outliers. Larger fractions
+# of outliers are an error.
 OUTLIER_MEDIANS, MIN_OUTLIER_MM, MAX_N_ROUNDS, MAX_OUTLIER_FRACTION = 6.0, 0.01, 6, 0.25
 
 
@@ -105,14 +102,14 @@ def mirror_points(viewing: NDArray[np.float64], rays: KnownMotionRays) -> Mirror
     cosine = np.sum(viewing * d, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         square = 1 - cosine**2
-        # Least |a v - o - b d|: two equations for a and b.
+        # Minimise |a v - o - b d|: two equations for a and b.
         along_v, along_d = np.sum(viewing * o, axis=1), np.sum(d * o, axis=1)
         a = (along_v - cosine * along_d) / square
         b = (cosine * along_v - along_d) / square
         valid = rays.valid & (square > MIN_RAY_ANGLE_SINE**2) & (a > 0) & np.isfinite(a)
     keep = valid[:, None]
     first, second = a[:, None] * viewing, o + b[:, None] * d
-    # The grid's point is ahead of the mirror's: b < 0 if the ray runs away from it.
+    # The grid's point is beyond the mirror point: b < 0 if the ray points away from it.
     away = -np.sign(b)[:, None] * d
     return MirrorPoints(
         np.where(keep, (first + second) / 2, np.nan),
@@ -123,8 +120,8 @@ def mirror_points(viewing: NDArray[np.float64], rays: KnownMotionRays) -> Mirror
 
 
 class PrimaryStart(NamedTuple):
-    """The linear stage: coefficients (K,) on a grid, from the MirrorPoints of those
-    pixels, `common` (N,) bool, that see two grids, and their points (n, M, 2)."""
+    """Linear stage: coefficients (K,) on a grid, from the MirrorPoints of those pixels,
+    `common` (N,) bool, that see two grids, and their points (n, M, 2)."""
 
     grid: object
     coefficients: np.ndarray
@@ -135,15 +132,15 @@ class PrimaryStart(NamedTuple):
 
 
 def robust_start(seen, given, T, spline, span):
-    """(PrimaryStart, what the refinement takes of each grid, flags), wrong points left
-    out.
+    """(PrimaryStart, observations of each grid for the refinement, flags), without
+    outliers.
 
     seen, given: (normalised image points (N, 2), points (N, 2) mm) of each grid, for
-    the linear stage and for the refinement, where that takes others; spline: shape,
-    degree, angle, quantity. Points off a smooth picture are left out of the first
-    round; then those far off the linear stage, which is better each time without them.
-    It bears a third of points that are wrong each in its own way, in one grid, and a
-    sixth that are wrong alike along a border.
+    the linear stage and for the refinement, where they differ; spline: shape, degree,
+    angle, quantity. The first round excludes points that deviate from a smooth image,
+    later rounds those that deviate from the linear stage, which improves without them.
+    It tolerates a third of independently wrong points in one grid, and a sixth of
+    consistently wrong points along a border.
     """
     every = [seen] if given is None else [seen, given]
     wrong = [[_off_the_smooth(*grid) for grid in one] for one in every]
@@ -151,7 +148,7 @@ def robust_start(seen, given, T, spline, span):
         kept = [_without(*pair) for pair in zip(every, wrong, strict=True)]
         sighted = [_known(*grid) for grid in kept[-1]]
         start = _linear_stage(kept[0], sighted, T, spline, span)
-        # Of all points: one that a poor start took for wrong comes back.
+        # Test all points: a poor initial shape can reject correct ones.
         pairs = zip(every, wrong, strict=True)
         found = [_far(start, *pair, T, spline[-1]) for pair in pairs]
         if not left or np.array_equal(np.hstack(found[0]), np.hstack(wrong[0])):
@@ -161,17 +158,17 @@ def robust_start(seen, given, T, spline, span):
     out = whole - sum(len(xy) for _, xy in sighted)
     if out > MAX_OUTLIER_FRACTION * whole:
         raise CalibrationError(
-            f"primary calibration: {out} of {whole} points of the grids do not fit the "
-            "others; photograph the grids anew, with nothing moved",
+            f"primary calibration: {out} of {whole} grid points are outliers; take new "
+            "images of the grids with a static scene",
             code="wrong-matches",
         )
-    flags = [f"{out} of {whole} points of the grids left out as wrong"] if out else []
+    flags = [f"{out} of {whole} grid points rejected as outliers"] if out else []
     return start, sighted, flags
 
 
 def _linear_stage(seen, sighted, T, spline, span):
-    """PrimaryStart from what is seen of grids in poses T (n, 4, 4); the knots span
-    that, what is sighted, and `span`."""
+    """PrimaryStart from observations of grids in poses T (n, 4, 4); the knots span
+    them, the pixels of the refinement, and `span`."""
     shape, degree, angle, quantity = spline
     p, points = seen[0][0], np.stack([xy for _, xy in seen])
     common = np.count_nonzero(np.isfinite(points).all(axis=2), axis=0) >= 2
@@ -192,8 +189,8 @@ def _linear_stage(seen, sighted, T, spline, span):
 
 
 def _far(start, seen, wrong, T, quantity):
-    """For each grid, which of its points (N,) bool lie far off a PrimaryStart's rays;
-    outside its knots, those that were wrong before."""
+    """For each grid, which points (N,) bool are far from a PrimaryStart's rays; outside
+    its knots, those that were wrong before."""
     found = []
     for (p, xy), pose in zip(seen, T, strict=True):
         off, there = np.full(len(p), np.nan), start.grid.inside(p)
@@ -209,7 +206,7 @@ def _far(start, seen, wrong, T, quantity):
 
 
 def _off_the_smooth(p, xy):
-    """Which points (N,) bool of a grid lie far off a smooth function of p (N, 2)."""
+    """Which points (N,) bool of a grid are far from a smooth function of p (N, 2)."""
     known = np.isfinite(p + xy).all(axis=1)
     wrong = np.zeros(len(p), bool)
     wrong[known] = wrong_matches(p[known], xy[known])
@@ -217,7 +214,7 @@ def _off_the_smooth(p, xy):
 
 
 def _without(seen, wrong):
-    """What is seen of each grid, NaN where wrong."""
+    """Observations of each grid, NaN where wrong."""
     return [
         (p, np.where(out[:, None], np.nan, xy))
         for (p, xy), out in zip(seen, wrong, strict=True)
@@ -225,7 +222,7 @@ def _without(seen, wrong):
 
 
 def _known(p, xy):
-    """Those of p (N, 2) and xy (N, 2) that are both known."""
+    """Rows of p (N, 2) and xy (N, 2) where both are finite."""
     known = np.isfinite(p + xy).all(axis=1)
     return p[known], xy[known]
 
@@ -234,24 +231,22 @@ def _check_meeting(mirror):
     if np.count_nonzero(mirror.valid) < np.count_nonzero(~mirror.valid):
         raise CalibrationError(
             f"primary calibration: {np.count_nonzero(~mirror.valid)} of "
-            f"{len(mirror.valid)} scene rays meet no viewing ray before the camera; "
-            "check the grids' poses, and that these are the pictures in the mirror",
+            f"{len(mirror.valid)} scene rays meet no viewing ray in front of the "
+            "camera; check the grids' poses and their images in the mirror",
             code="rays-do-not-meet",
         )
     miss = np.mean(mirror.misses[mirror.valid])
     if miss > MAX_MISS_MM:
         raise CalibrationError(
-            f"primary calibration: scene rays pass viewing rays by {miss:.0f} mm on "
-            "average; check the grids' poses and which pose belongs to which view",
+            f"primary calibration: scene rays miss viewing rays by {miss:.0f} mm "
+            "(mean); check the grids' poses and their assignment to views",
             code="rays-do-not-meet",
         )
 
 
-N_PIXELS_PER_VIEW = (
-    1000  # pixels, about, that see all positions, as many as in the thesis
-)
+N_PIXELS_PER_VIEW = 1000  # approximate number of pixels that see all positions
 MAX_N_STEPS, COST_TOL, ROUNDING_MM = 50, 1e-10, 1e-10
-# Of the largest: a combination of coefficients that the points leave open.
+# Reciprocal condition number of the normal matrix: below, undetermined.
 MIN_EIGENVALUE_RATIO = 1e-14
 
 
@@ -445,7 +440,7 @@ class _Refined(NamedTuple):
 
 
 def _refined(grid, quantity, start, sighted, T, pose_covariance):
-    """Least ray-point vectors of what is sighted of grids in poses T (n, 4, 4)."""
+    """Minimise ray-point vectors of observations of grids in poses T (n, 4, 4)."""
     image = np.concatenate([p for p, _ in sighted])
     placed = zip(sighted, T, strict=True)
     targets = np.concatenate([placed_points(xy, pose) for (_, xy), pose in placed])
@@ -473,8 +468,9 @@ def _refined(grid, quantity, start, sighted, T, pose_covariance):
         and np.linalg.cond(normal / np.outer(size, size)) < 1 / MIN_EIGENVALUE_RATIO
     ):
         raise CalibrationError(
-            f"primary calibration: {len(image)} points leave some of {grid.size} "
-            "coefficients open; let the grids fill the mirror, or use fewer knots",
+            f"primary calibration: {len(image)} points do not determine all "
+            f"{grid.size} coefficients; fill the mirror with the grids, or use fewer "
+            "knots",
             code="open-coefficients",
         )
     inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
@@ -488,7 +484,7 @@ def _refined(grid, quantity, start, sighted, T, pose_covariance):
 
 
 def _motion(sighted, T):
-    """(M, 3, 6 n): how all points move with the poses of the grids."""
+    """(M, 3, 6 n): change of all points with the poses of the grids."""
     blocks = []
     for k, (_, xy) in enumerate(sighted):
         block = np.zeros((len(xy), 3, 6 * len(T)))
@@ -518,12 +514,12 @@ def _check_views(views, T):
     if len(views) < 2 or T.shape != (len(views), 4, 4):
         raise InputError(
             f"primary calibration: found {len(views)} views and poses {T.shape}; give "
-            "two views or more, and a pose (4, 4) for each"
+            "two views or more, with a pose (4, 4) each"
         )
     turned = {view.mirrored for view in views if view.every_pixel}
     if len(turned) > 1:
         raise InputError(
-            "primary calibration: some views show the grid as in a mirror and some do "
-            "not; give views of one kind, in the mirror",
+            "primary calibration: found mirrored and direct views of the grid; give "
+            "views in the mirror only",
             code="mixed-views",
         )

@@ -1,13 +1,12 @@
 """Calibration of the reduced model of a bent mirror, a cubic in a plane (5.2).
 
-The grid is seen before and after bending. Two steps follow each other (5.2.2): a linear
-one from directions alone, which takes the scene to be infinitely far away, and a
-refinement that makes the distances of the features from their scene rays small. The
-clamp does not move, and both keep it.
+The grid is seen before and after bending. The calibration has two steps (5.2.2). A
+linear step uses directions only and assumes an infinitely distant scene. A refinement
+minimises the distances of the features from their scene rays. The clamp does not move,
+and both steps keep it.
 
-Frames and units are those of `raxel.calibration.mirror.reduced`.
-Source of the linear stage: Halstead et al. 1996, doi:10.1145/237170.237272; of the
-infinite scene and the ray-point distance: the thesis, (5.28) and (5.29).
+Sources: linear step, Halstead et al. 1996, doi:10.1145/237170.237272; infinite scene
+and ray-point distance, thesis (5.28) and (5.29).
 """
 
 from __future__ import annotations
@@ -21,25 +20,24 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import CalibrationError
 from raxel.geometry.least_squares import descend, gauss_newton
 
-# Two readings of the reduced model (5.2): a bent mirror as a cubic in a plane.
-# Everything lies in the plane at right angles to the clamp line. The viewer's centre
-# is the origin, the z axis its principal axis, and a pixel is the normalised
-# coordinate u = x / z of its viewing ray. Points and directions are rows (x, z), in
-# mm. The thesis calls u the image coordinate and takes the slope dS/du as that of a
-# beam, which is metric (E-5.01). `DistanceCurve` is the first: with (5.3) the mirror
-# is S(u) = D(u) V_l(u), D a cubic of u. `HeightCurve` is the second: the height over
-# the line of the clamp is a cubic of the length along it, as in the beam's formula
-# (5.1). Both bring their variable to about [-1, 1] or [0, 1], so that four powers are
-# well conditioned. Both answer the same questions, which is all that a calibration
-# asks: where a viewing ray meets the mirror, how steep it is there, and how both
-# change with the coefficients.
+# Two interpretations of the reduced model (5.2): a bent mirror as a cubic in a plane.
+# The plane is perpendicular to the clamp line. The origin is the centre of the viewing
+# camera, the z axis its optical axis, and a pixel is the normalised coordinate u = x /
+# z of its viewing ray. Points and directions are rows (x, z), in mm. In the thesis u is
+# the image coordinate, but the slope dS/du is that of a beam, which is metric (E-5.01).
+# `DistanceCurve` is the first interpretation: with (5.3) the mirror is S(u) = D(u)
+# V_l(u), D a cubic of u. `HeightCurve` is the second: the height over the clamp line is
+# a cubic of the length along it, as in the beam equation (5.1). Both scale their
+# variable to about [-1, 1] or [0, 1], so that four powers are well conditioned. Both
+# compute what a calibration needs: the intersection of a viewing ray with the mirror,
+# the slope there, and the derivatives of both with respect to the coefficients.
 
 
 MAX_N_NEWTON_STEPS = 50
 
 
 class _Curve:
-    """What both curves share; each has `distances`, `tangents` and their changes."""
+    """Common part of both curves; each has `distances`, `tangents`, their changes."""
 
     def replaced(self, coefficients: ArrayLike) -> Self:
         """Return the same curve with other coefficients.
@@ -275,8 +273,8 @@ class HeightCurve(_Curve):
                 if np.all(np.abs(step) <= 1e-12 * np.abs(D)):
                     return D
         raise CalibrationError(
-            "reduced mirror: a viewing ray does not meet the curve; check the line of "
-            "the clamp, and which picture was taken before",
+            "reduced mirror: a viewing ray does not meet the curve; check the clamp "
+            "line and the order of the images",
             code="ray-misses-mirror",
         )
 
@@ -481,12 +479,12 @@ def _powers(s):
 
 
 MIN_N_FEATURES = 4
-"""The clamp leaves three unknowns; one more feature can tell a misfit."""
+"""The clamp leaves three unknowns; one more feature makes a misfit detectable."""
 MIN_REACH = 1 / 3
-"""Of the way from clamp to free edge, to the outermost feature: beyond three times as
-far as it was measured, the end of a cubic is a guess."""
+"""Fraction of the way from clamp to free edge that features must reach: extrapolation
+of a cubic by more than a factor of three is unreliable."""
 N_START_ANGLES = 120
-"""Directions of a row of points that are tried, 3 degrees apart."""
+"""Initial directions of a row of points, 3 degrees apart."""
 
 
 class ReducedCalibration(NamedTuple):
@@ -588,12 +586,13 @@ def calibrate_reduced(
     for given in (u, scene_rays, points, clamp):
         if not np.all(np.isfinite(given)):
             raise CalibrationError(
-                "reduced mirror: found values that are not finite", code="not-finite"
+                "reduced mirror: values must be finite; remove NaN and infinity",
+                code="not-finite",
             )
     if len(np.unique(u)) < MIN_N_FEATURES:
         raise CalibrationError(
-            f"reduced mirror: found {len(np.unique(u))} different features seen before "
-            f"and after; give {MIN_N_FEATURES} or more, spread from clamp to free edge",
+            f"reduced mirror: found {len(np.unique(u))} features in both images; give "
+            f"{MIN_N_FEATURES} or more, spread from clamp to free edge",
             code="too-few-features",
         )
     linear = linear_reduced(before, u, scene_rays, clamp)
@@ -643,8 +642,8 @@ def linear_reduced(
     length = np.linalg.norm(across, axis=1, keepdims=True)
     if np.any(length < 1e-9):
         raise CalibrationError(
-            "reduced mirror: a scene ray goes on along its viewing ray, and none is "
-            "reflected so; give directions from the mirror into the scene",
+            "reduced mirror: a scene ray is parallel to its viewing ray (no "
+            "reflection); give directions from the mirror into the scene",
             code="no-reflection",
         )
     rows, sides = before.slope_equations(u, across / length)
@@ -811,14 +810,15 @@ def place_row(
 
 
 def _first_row(origins, directions, across, places):
-    """Foot and angle (3,) of the best row tried that lies in front of its rays."""
+    """Foot and angle (3,) of the best initial row in front of its rays."""
     angles = np.linspace(0, 2 * np.pi, N_START_ANGLES, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles)])
     sides = dot(across, origins)[:, None] - places[:, None] * (across @ ways)
     Q, R = np.linalg.qr(across)
     if abs(R[1, 1]) < 1e-9 * abs(R[0, 0]):
         raise CalibrationError(
-            "row of points: the rays are parallel, and say nothing about how far it is",
+            "row of points: the rays are parallel and do not determine its distance; "
+            "spread the features",
             code="parallel-rays",
         )
     feet = np.linalg.solve(R, Q.T @ sides)
@@ -828,8 +828,8 @@ def _first_row(origins, directions, across, places):
         if np.all(dot(points - origins, directions) > 0):
             return np.array([*feet[:, best], angles[best]])
     raise CalibrationError(
-        "row of points: no row lies in front of all its rays; check that the rays "
-        "point into the scene and that the points are in their order",
+        "row of points: no row is in front of all its rays; check that rays point into "
+        "the scene and that points are in their order",
         code="behind-camera",
     )
 
@@ -837,7 +837,7 @@ def _first_row(origins, directions, across, places):
 def _kept_clamp(curve, clamp):
     """Coefficients of one curve through the clamp (4,), and of all others (4, 3).
 
-    The clamp is one equation; what is free are the changes that leave it (5.21).
+    The clamp is one equation; the free changes are its null space (5.21).
     """
     row, side = curve.clamp_equation(clamp)
     directions = np.linalg.svd(row[None])[2]
@@ -845,27 +845,27 @@ def _kept_clamp(curve, clamp):
 
 
 def _reach(curve, u):
-    """Share of the way to the free edge that features reach; refuses bad support."""
+    """Fraction of the way to the free edge that features reach; rejects bad support."""
     least = curve.distances(u).min()
     if not least > 0:
         raise CalibrationError(
-            f"reduced mirror: the curve found comes to {least:.3g} mm from the viewer; "
-            "check the clamp's distance, and which picture was taken before",
+            f"reduced mirror: the curve comes within {least:.3g} mm of the camera; "
+            "check the clamp's distance and the order of the images",
             code="behind-camera",
         )
     way = curve.way(u)
     outside = np.count_nonzero((way < -1e-9) | (way > 1 + 1e-9))
     if outside:
         raise CalibrationError(
-            f"reduced mirror: {outside} of {len(u)} features lie outside the mirror, "
-            f"at {way.min():.3g} to {way.max():.3g} of the way from clamp (0) to free "
-            "edge (1); check the edges, and which picture was taken before",
+            f"reduced mirror: {outside} of {len(u)} features are outside the mirror, "
+            f"at {way.min():.3g} to {way.max():.3g} of its length; check the edges and "
+            "the order of the images",
             code="outside-mirror",
         )
     if way.max() < MIN_REACH:
         raise CalibrationError(
-            f"reduced mirror: the features reach {way.max():.0%} of the way from clamp "
-            f"to free edge; have some beyond {MIN_REACH:.0%}",
+            f"reduced mirror: features reach {way.max():.0%} of the way from clamp to "
+            f"free edge; give some beyond {MIN_REACH:.0%}",
             code="short-reach",
         )
     return float(way.max())
@@ -877,7 +877,7 @@ def _covariance(residuals, J):
     lengths = np.linalg.svd(J / scale, compute_uv=False)
     if lengths[-1] < 1e-9 * lengths[0]:
         raise CalibrationError(
-            "reduced mirror: the features lie at too few different places; spread them "
+            "reduced mirror: features are at too few different positions; spread them "
             "between clamp and free edge",
             code="open-coefficients",
         )

@@ -1,9 +1,10 @@
-"""Shape of a bent mirror from scene points whose places are known (5.2.2, 5.29).
+"""Shape of a bent mirror from scene points with known positions (5.2.2, 5.29).
 
-The sum of squared ray-point distances falls by Levenberg-Marquardt steps in the free
-unknowns of the clamp's subspace, so that the clamp stays exactly; where its place is
-uncertain, its equations count with stated weights instead. A prior may be added: then
-squares are told in standard deviations, of the residuals by the noise of the corners.
+Levenberg-Marquardt minimises the sum of squared ray-point distances in the free
+unknowns of the clamp's subspace, which keeps the clamp exactly. If the position of the
+clamp is uncertain, its equations are weighted with given standard deviations instead.
+With a prior, all terms are in units of standard deviations, those of the residuals from
+the noise of the corners.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.spline_grids import SplineGrid
 
 MAX_N_STEPS, COST_TOL = 50, 1e-7
-ROUNDING_SIGMAS = 1e-9  # standard deviations: residuals of points that fit exactly
-# Of the normal matrix's largest eigenvalue, after scaling: below it is nothing.
+ROUNDING_SIGMAS = 1e-9  # standard deviations: residuals of an exact fit
+# Smallest over largest eigenvalue of the scaled normal matrix: below, undetermined.
 MIN_EIGENVALUE_RATIO = 1e-13
 
 
@@ -125,7 +126,7 @@ def refine_shape(
     rays = RayPoints(p, grid, quantity)
     weights = np.ones(len(p)) if weights is None else np.asarray(weights, float)
     further = [soft_clamp(grid, clamp), prior]
-    # Soft equations take the clamp's place in the subspace.
+    # Soft equations replace the clamp's subspace.
     space = clamped(grid, clamp if further[0] is None else None, truncation)
     rows, values = stacked([part for part in further if part is not None], grid.size)
     noise = np.broadcast_to(noise, len(p))
@@ -133,8 +134,8 @@ def refine_shape(
     c = space.coefficients(free)
     if not rays.in_front(c):
         raise CalibrationError(
-            "mirror shape: the start lies in part behind the camera; too few features,"
-            " or directions that do not belong to them",
+            "mirror shape: the initial shape is partly behind the camera; give more "
+            "features, or check their directions",
             code="behind-camera",
         )
     sd = residual_sd(rays, c, points, noise, weights > 0)
@@ -177,24 +178,24 @@ def refine_shape(
 
 
 def camera_of_shape(viewer, grid, coefficients, quantity):
-    """The SplineMirrorCamera of a shape that was found.
+    """SplineMirrorCamera of an estimated shape.
 
-    Raises CalibrationError where part of the mirror lies behind the viewer, as between
-    features, or beyond them, where nothing holds a spline.
+    Raises CalibrationError where part of the mirror is behind the viewing camera, such
+    as in areas without features, where the spline is undetermined.
     """
     try:
         return SplineMirrorCamera.on_grid(viewer, grid, coefficients, quantity)
     except InputError as fault:
         raise CalibrationError(
             f"mirror shape: {fault}; use fewer knots, a smaller deflection, features "
-            "that reach the mirror's edges, or a prior",
+            "up to the mirror's edges, or a prior",
             code="behind-camera",
         ) from fault
 
 
 def ray_sd(p, grid, quantity, coefficients, covariance):
-    """Standard deviation (N,) of scene directions, radians, root mean square of the two
-    ways across the ray, at p (N, 2); NaN outside the knots.
+    """Standard deviation (N,) of scene directions, rad, root mean square of the two
+    components perpendicular to the ray, at p (N, 2); NaN outside the knots.
 
     covariance: (K, K) of the coefficients.
     """
@@ -203,9 +204,9 @@ def ray_sd(p, grid, quantity, coefficients, covariance):
 
 
 def residual_sd(rays, c, points, noise, used=slice(None)):
-    """What the noise of p makes of a residual's component, rms, mm: that of a flat
-    mirror, in which a ray runs straight on. One for all: the cost stays the thesis's
-    sum of squared distances.
+    """Rms noise of a residual's component, mm, from the noise of p: that of a flat
+    mirror, in which rays stay straight. One value for all, so that the cost remains the
+    thesis's sum of squared distances.
     """
     S, _ = rays.surface(c)
     path = np.linalg.norm(S, axis=1) + np.linalg.norm(points - S, axis=1)
@@ -228,7 +229,7 @@ def _data_spread(rays, c, points, noise, reach, weights, motion, pose_covariance
 
 
 def stacked(parts, size):
-    """Rows (R, K) and values (R,), each over its standard deviation."""
+    """Rows (R, K) and values (R,), divided by their standard deviations."""
     rows = [part.rows / np.reshape(part.sd, (-1, 1)) for part in parts]
     values = [part.values / part.sd for part in parts]
     return np.vstack([np.zeros((0, size)), *rows]), np.concatenate([[], *values])
@@ -239,23 +240,24 @@ def _inverse(normal, count, grid):
     eigen, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     if not eigen[0] > MIN_EIGENVALUE_RATIO * eigen[-1]:
         raise CalibrationError(
-            f"mirror shape: {count} features leave {np.sum(eigen <= MIN_EIGENVALUE_RATIO * eigen[-1])}"
-            f" of {grid.size} coefficients open; give features in all knot intervals, "
-            "fewer knots, or a prior",
+            f"mirror shape: {count} features leave "
+            f"{np.sum(eigen <= MIN_EIGENVALUE_RATIO * eigen[-1])} of {grid.size} "
+            "coefficients undetermined; give features in all knot intervals, fewer "
+            "knots, or a prior",
             code="open-coefficients",
         )
     return (vectors / eigen) @ vectors.T / np.outer(scale, scale)
 
 
-# Shape of a mirror from viewing and scene directions, linearly (5.8-5.25). The
-# bisector of the two directions is the mirror's normal, and the surface's tangents
-# are at right angles to it: two linear equations for the spline's coefficients from
-# each pair. They leave its size open, which known mirror points or a clamp settle.
+# Shape of a mirror from viewing and scene directions, linearly (5.8-5.25). The bisector
+# of the two directions is the mirror's normal, and the surface's tangents are
+# perpendicular to it: two linear equations for the spline's coefficients from each
+# pair. They leave the scale undetermined; known mirror points or a clamp fix it.
 # Sources: Swaminathan, Nayar, Grossberg 2003; Halstead et al. 1996,
 # doi:10.1145/237170.237272.
 
 
-# Of the largest singular value: what is below says nothing but rounding.
+# As a fraction of the largest singular value: smaller values are rounding.
 RANK_TOL = 1e-10
 
 
@@ -382,39 +384,39 @@ def shape_up_to_scale(
     rank = np.count_nonzero(size > RANK_TOL * size[0])
     if rank < grid.size - 1:
         raise CalibrationError(
-            f"mirror shape: {len(p)} directions leave {grid.size - rank} of {grid.size}"
-            " coefficients open; give more of them, spread over all knot intervals, or"
-            " fewer knots",
+            f"mirror shape: {len(p)} directions leave {grid.size - rank} of "
+            f"{grid.size} coefficients undetermined; give more directions in all knot "
+            "intervals, or fewer knots",
             code="open-coefficients",
         )
     c = Vt[grid.size - 1] / scale
     values = depth_rows(grid, p, quantity)[0] @ c
     if not (np.all(values > 0) or np.all(values < 0)):
         raise CalibrationError(
-            "mirror shape: part of the mirror comes out behind the camera; the"
-            " directions do not belong together",
+            "mirror shape: part of the mirror is behind the camera; check that the "
+            "directions belong together",
             code="behind-camera",
         )
     return c * np.sign(values[0]) / np.linalg.norm(c)
 
 
 def scaled_to_points(coefficients, grid, quantity, points):
-    """The coefficients (K,) at the scale at which the mirror meets points (N, 3) best.
+    """Coefficients (K,) at the scale at which the mirror fits points (N, 3) best.
 
-    points: of the mirror, viewer's frame, mm, such as the places where viewing and
-    scene rays meet (5.2.1); those outside the knots do not count.
+    points: of the mirror, frame of the viewing camera, mm, such as intersections of
+    viewing and scene rays (5.2.1); those outside the knots do not count.
     """
     points = np.asarray(points, float)
     p = points[:, :2] / points[:, 2:]
     inside = grid.inside(p)
     if not inside.any():
         raise CalibrationError(
-            "mirror shape: no point of the mirror lies in its knots",
+            "mirror shape: all mirror points are outside the knots; extend the knots",
             code="outside-knots",
         )
     found = depth_rows(grid, p[inside], quantity)[0] @ coefficients
     depth = found if quantity == "distance" else 1 / found
-    # Points on the same viewing ray: their depths compare as they do.
+    # Points on the same viewing ray: compare their depths.
     along = np.sum(p[inside] ** 2, axis=1) + 1
     wanted = points[inside, 2]
     scale = np.sum(along * depth * wanted) / np.sum(along * depth**2)
@@ -479,8 +481,8 @@ def shape_with_clamp(
     if rank < M.shape[1]:
         raise CalibrationError(
             f"mirror shape: {len(p)} directions and the clamp leave "
-            f"{M.shape[1] - rank} of {grid.size} coefficients open; give features in "
-            "all knot intervals, or fewer knots",
+            f"{M.shape[1] - rank} of {grid.size} coefficients undetermined; give "
+            "features in all knot intervals, or fewer knots",
             code="open-coefficients",
         )
     return space.coefficients(free / scale)
@@ -495,30 +497,31 @@ def _unit(vectors):
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-# How much of a shape next to the outermost knots is a guess. Two questions that need
-# no truth. How uncertain are rays at the knots, by the covariance? And how would they
-# turn at the ends if the mirror bent there as evenly as a sheet does? Residuals
-# answer neither: beyond the last feature a spline goes on as the misfit of that
-# feature says, multiplied, and fits all the same.
+# Uncertainty of a shape next to the outermost knots, without ground truth. Two measures
+# are used: the uncertainty of rays at the knots from the covariance, and the rotation
+# of rays at the ends if the mirror bent there as evenly as a sheet. Residuals show
+# neither: beyond the last feature a spline amplifies the misfit of that feature and
+# still fits.
 
 
-# Standard deviations of rays at the knots, degrees: flagged, and refused.
+# Standard deviations of rays at the knots, degrees: for a warning, and for an error.
 WARN_SD_DEG, MAX_SD_DEG = 0.3, 5.0
-# By how much rays at an end turn where a prior of PRIOR_MM is put upon the shape, mean
-# over N_EDGE_POINTS places, degrees: flagged, and refused. Chosen on seeds that judge nothing,
-# geometries A and B on both benches. There each of the 17 ends whose rays were 1.5
-# degrees off or more, on average, is flagged, and each of the 14 beyond 2 refused.
+# Mean rotation of rays at N_EDGE_POINTS points of an end when a prior of PRIOR_MM is
+# added, degrees: for a warning, and for an error. Chosen on simulated runs that no
+# claim uses, geometries A and B, both noise levels. There each of the 17 ends with a
+# mean ray error of 1.5 degrees or more is flagged, and each of the 14 beyond 2 is
+# rejected.
 WARN_SWING_DEG, MAX_SWING_DEG = 3.0, 5.0
 PRIOR_MM, N_EDGE_POINTS = 0.1, 5
 
 
 def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
-    """By how much rays at an end would turn at most (degrees), and flags (list of text)
-    for what is a guess of a ShapeFit, next to knots and ends.
+    """Largest rotation of rays at an end (degrees), and flags (list of text) for
+    unreliable parts of a ShapeFit next to knots and ends.
 
-    widening: of its covariance, by the misfit; evenly: PriorRows of a mirror that bends
-    so; swinging_deg: the turn from which on the shape is rejected. Raises
-    CalibrationError, naming the place, where it is anything.
+    widening: factor of its covariance by the misfit; evenly: PriorRows of an evenly
+    bent mirror; swinging_deg: rotation from which the shape is rejected. Raises
+    CalibrationError, naming the position, where the shape is undetermined.
     """
     c, covariance = fit.coefficients, fit.covariance
     flags = uncertain_knots(grid, quantity, c, covariance)
@@ -529,7 +532,7 @@ def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
 def uncertain_knots(grid, quantity, coefficients, covariance):
     """Flags (list of text) where rays next to a knot are uncertain.
 
-    Raises CalibrationError where they are anything.
+    Raises CalibrationError where they are undetermined.
     """
     u, v = np.meshgrid(*grid.breaks)
     places = grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
@@ -537,7 +540,8 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
     worst = np.argmax(sd)
     text = (
         f"rays next to knot {worst % len(grid.breaks[0])} along u, "
-        f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
+        f"{worst // len(grid.breaks[0])} along v, have a standard deviation of "
+        f"{sd[worst]:.2g} "
         "degrees"
     )
     if not sd[worst] < MAX_SD_DEG:
@@ -549,21 +553,21 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
 
 
 def swinging_ends(turns, limit_deg):
-    """Flags (list of text) for outermost knot intervals that bend as no sheet does.
+    """Flags (list of text) for outermost knot intervals that bend unlike a sheet.
 
-    turns: of `turns_if_even`. Raises CalibrationError where an end is a guess: its rays
-    would turn by limit_deg or more.
+    turns: of `turns_if_even`. Raises CalibrationError where an end is unreliable: its
+    rays would rotate by limit_deg or more.
     """
     flags = []
     for (axis, _, place), turn in turns.items():
         text = (
-            f"the {place} knot interval along {axis}: rays would turn by {turn:.2g} "
-            "degrees if the mirror bent there as evenly as a sheet"
+            f"the {place} knot interval along {axis}: rays rotate by {turn:.2g} "
+            "degrees under a prior of even bending"
         )
         if not turn < limit_deg:
             raise CalibrationError(
-                f"mirror shape: {text}; give features that reach the edge, fewer "
-                "knots, or a prior, and see that board, viewer and clamp stayed",
+                f"mirror shape: {text}; give features up to the edge, fewer knots, or "
+                "a prior (or board, camera or clamp moved)",
                 code="swinging-end",
             )
         if turn > WARN_SWING_DEG:
@@ -572,10 +576,10 @@ def swinging_ends(turns, limit_deg):
 
 
 def turns_if_even(grid, quantity, coefficients, covariance, evenly):
-    """{one of ENDS: degrees} by which rays at that end turn if a prior joins the shape.
+    """{one of ENDS: degrees}: rotation of rays at that end when a prior is added.
 
-    covariance: (K, K), widened by the misfit; evenly: as `edge_flags` has it. Along an
-    axis of one interval there is no such end.
+    covariance: (K, K), widened by the misfit; evenly: as in `edge_flags`. An axis with
+    one interval has no such end.
     """
     towards = covariance @ evenly.rows.T
     normal = evenly.rows @ towards + evenly.sd**2 * np.eye(len(evenly.rows))
@@ -593,7 +597,7 @@ def turns_if_even(grid, quantity, coefficients, covariance, evenly):
 
 
 def _along(grid, end):
-    """N_EDGE_POINTS places (n, 2) of the knots' box, turned, along one of its ends."""
+    """N_EDGE_POINTS points (n, 2) along one end of the knots' box, rotated."""
     axis, place = "uv".index(end[0]), end[1]
     other = grid.breaks[1 - axis]
     found = np.empty((N_EDGE_POINTS, 2))

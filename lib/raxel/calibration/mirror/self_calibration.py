@@ -1,9 +1,9 @@
-"""A mirror after it was bent, from a static scene that was not measured (5.4).
+"""Shape of a bent mirror from a static, unmeasured scene (5.4).
 
-Features are matched between a picture before and one after; the mirror before is
-calibrated. `linear_update` takes the scene to be infinitely far away, as the thesis's
-self-calibration does. Whether the shape is right no residual shows: depth of the scene
-and bending of the mirror move features alike.
+Features are matched between images before and after bending; the mirror before is
+calibrated. `linear_update` assumes an infinitely distant scene, as the thesis's
+self-calibration does. Residuals do not reveal a wrong shape: depth of the scene and
+bending of the mirror move features alike.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.spline_grids import spline_grid
 
-MIN_N_MATCHES = 12  # matches, for the coefficients that a clamp leaves open
-# Rays more nearly parallel than this determine no point, radians.
+MIN_N_MATCHES = 12  # matches, for the coefficients that a clamp leaves undetermined
+# Rays at a smaller angle determine no point.
 MIN_RAY_ANGLE_RAD = 1e-5
 
 
@@ -102,8 +102,8 @@ def linear_update(
     used = rays.valid & np.isfinite(p).all(axis=1)
     if np.count_nonzero(used) < MIN_N_MATCHES:
         raise CalibrationError(
-            f"self-calibration: {np.count_nonzero(used)} features are matched; "
-            f"{MIN_N_MATCHES} or more are needed",
+            f"self-calibration: found {np.count_nonzero(used)} matched features; give "
+            f"{MIN_N_MATCHES} or more",
             code="too-few-features",
         )
     p = p[used]
@@ -116,7 +116,7 @@ def linear_update(
     flags = need_support(
         support_of(grid, p), clamped_end(grid, clamp), settings.prior_sd is not None
     )
-    # The scene is infinitely far away: its rays keep their directions (5.28).
+    # The scene is infinitely distant: its rays keep their directions (5.28).
     w = np.column_stack([p, np.ones(len(p))])
     normals = reflection_normals(w, rays.directions[used])
     c = shape_with_clamp(p, normals, grid, before.quantity, clamp)
@@ -125,30 +125,32 @@ def linear_update(
 
 
 def _check_given(pixels_before, pixels_after, clamp, outline):
-    """Refuse arrays of another shape, and no clamp."""
+    """Reject arrays of another shape, and a missing clamp."""
     for what, pixels in (("before", pixels_before), ("after", pixels_after)):
         if pixels.ndim != 2 or pixels.shape[1] != 2:
             raise CalibrationError(
-                f"self-calibration: pixels {what} are {pixels.shape}; give (M, 2)",
+                f"self-calibration: pixels {what}: found shape {pixels.shape}; give "
+                "(M, 2)",
                 code="wrong-shape",
             )
     if len(pixels_before) != len(pixels_after):
         raise CalibrationError(
-            f"self-calibration: {len(pixels_before)} pixels before and "
-            f"{len(pixels_after)} after; give matched ones",
+            f"self-calibration: found {len(pixels_before)} pixels before and "
+            f"{len(pixels_after)} after; give matched pixels",
             code="unmatched-features",
         )
     if clamp is None:
         raise CalibrationError(
-            "self-calibration: no clamp is given, which leaves the shape open; give "
-            "that of the primary calibration",
+            "self-calibration: a clamp is missing; give that of the primary "
+            "calibration",
             code="no-clamp",
         )
     if outline is not None:
         outline = np.asarray(outline, float)
         if outline.shape != (len(outline), 2) or not np.isfinite(outline).all():
             raise CalibrationError(
-                f"self-calibration: outline {outline.shape}; give (L, 2), finite",
+                f"self-calibration: outline: found shape {outline.shape}; give (L, 2), "
+                "finite",
                 code="wrong-shape",
             )
 

@@ -1,11 +1,11 @@
-"""A mirror that bends, calibrated from its views: first shape, deflections, bundle.
+"""Calibration of a flexible mirror from its views: first shape, deflections, bundle.
 
-What 5.2 does one after another, as one call: the monitor's places through the platter
-(5.26, 5.27), the clamp's line, the primary calibration, an update for each step, and
-the bundle over all of them. It takes views, so pictures may come from anywhere;
-`raxel.calibration.mirror.images` reads them out of a mirror set.
+The steps of 5.2 in one call: poses of the monitor from the flat reference mirror (5.26,
+5.27), the clamp line, the primary calibration, an update for each step, and the bundle
+adjustment. Input are views; `raxel.calibration.mirror.images` measures them in the
+images of a mirror set.
 
-Frame: the viewer's; mm, radians.
+Frame: that of the viewing camera; mm, rad.
 """
 
 from __future__ import annotations
@@ -32,29 +32,29 @@ from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.dense import sample_boards
 from raxel.errors import CalibrationError, InputError
 
-# What a mirror's pictures can get wrong without a calibration noticing by itself.
-# Each is refused, or flagged in one line: never a confident wrong shape.
+# Errors in a mirror's images that a calibration does not show by itself. Each is
+# rejected or reported.
 
 
-# mm between two places of the monitor: nearer, they are one, or tell of no directions.
+# Minimum distance between two positions of the monitor, for two distinct directions.
 MIN_MONITOR_SHIFT_MM = 10.0
-# The least share of pixels that see another point of the monitor in its other place,
-# and by how many mm another.
+# Minimum fraction of pixels that see a different point of the monitor in its other
+# position, and the minimum difference of these points.
 MIN_CHANGED_FRACTION, CHANGED_MM = 0.5, 1.0
-# How far the clamp's line may lie outside what sees the monitor, and how much of that
-# may lie beyond the line, and beyond one that stands in for a hidden clamp: shares of
-# its extent along u, and of its pixels.
+# Maximum distance of the clamp line from the area that sees the monitor, as a fraction
+# of its extent along u. Maximum fraction of its pixels beyond the line, and beyond a
+# line that replaces a hidden clamp.
 MAX_CLAMP_GAP, MAX_BEYOND_CLAMP, MAX_BEYOND_HIDDEN_CLAMP = 0.1, 0.02, 0.15
-# Mean angles that residuals of a stage stand for. Smooth sheets leave 0.015 degrees. Of
-# a board that was moved the shape takes up most: 6 mm, 260 mm before the mirror, leave
-# 0.015 to 0.06, and a millimetre cannot be told from a bend.
+# Mean residual angles of a stage. Smooth sheets leave 0.015 degrees. The shape absorbs
+# most of a board motion: 6 mm at 260 mm from the mirror leaves 0.015 to 0.06, and a
+# motion of 1 mm is indistinguishable from a bend.
 WARN_RESIDUAL_DEG, MAX_RESIDUAL_DEG = 0.02, 0.25
-# Of the first shape's picture along u: a stage that shows less says so.
+# As a fraction of the extent of the first shape along u: below, a warning.
 MIN_SPAN_FRACTION = 0.8
 
 
 def check_apart(poses, grids):
-    """Refuse a place of the monitor that the platter shows twice.
+    """Reject a position of the monitor that occurs twice in the flat mirror.
 
     poses: PlatterPoses; grids: views of the monitor in the mirror, in their order.
     """
@@ -63,33 +63,32 @@ def check_apart(poses, grids):
         moved = poses.motion(first, second, middle).distance
         if moved < MIN_MONITOR_SHIFT_MM:
             raise CalibrationError(
-                f"primary calibration: {_named(grids, first, second)} are one place of "
-                f"the monitor, {moved:.1f} mm apart in the platter; move it by some "
-                "100 mm between them",
+                f"primary calibration: {_named(grids, first, second)} show one "
+                f"position of the monitor ({moved:.1f} mm apart); move it by about 100 "
+                "mm",
                 code="same-place",
             )
 
 
 def check_two_pictures(points, grids):
-    """Refuse a monitor that the bending mirror shows twice in one place.
+    """Reject a monitor that the bending mirror shows twice in one position.
 
-    points: (n, N, 2) mm, what pixels see of each grid, NaN where nothing.
+    points: (n, N, 2) mm, points of each grid that pixels see, NaN where none.
     """
     for first, second in _pairs(grids):
         apart = np.linalg.norm(points[first] - points[second], axis=1)
         apart = apart[np.isfinite(apart)]
         if len(apart) and np.mean(apart > CHANGED_MM) < MIN_CHANGED_FRACTION:
             raise CalibrationError(
-                f"primary calibration: pixels see the same points of the monitor in "
-                f"{_named(grids, first, second)}; photograph its patterns in the "
-                "mirror at both places",
+                f"primary calibration: {_named(grids, first, second)} show the same "
+                "points of the monitor; take images of its patterns at both positions",
                 code="same-points",
             )
 
 
 def check_beside(line, viewer, grids, hidden=False):
-    """Refuse a ClampLine that lies away from the mirror, or across it; hidden: whether
-    it stands in for a clamp that cannot be seen."""
+    """Reject a ClampLine outside the mirror, or across it; hidden: whether it replaces
+    an invisible clamp."""
     pixels = np.concatenate([view.pixels for view in grids])
     p = normalised(viewer, pixels[np.isfinite(pixels[:, 0])])
     axis = np.array([np.cos(line.angle), np.sin(line.angle)])
@@ -99,30 +98,30 @@ def check_beside(line, viewer, grids, hidden=False):
     nearest, extent = np.quantile(off, 0.005), np.ptp(off)
     if nearest > MAX_CLAMP_GAP * extent:
         raise InputError(
-            f"clamp: its line lies {100 * nearest / extent:.0f} % of the mirror's "
-            "length away from where the mirror shows the monitor; pick it at the edge "
-            "of the mirror, and let the monitor fill the mirror"
+            f"clamp: its line is {100 * nearest / extent:.0f} % of the mirror's length "
+            "from the image of the monitor; place it at the mirror's edge, and fill "
+            "the mirror with the monitor"
         )
     beyond = np.mean(off < 0)
     if beyond > (MAX_BEYOND_HIDDEN_CLAMP if hidden else MAX_BEYOND_CLAMP):
         raise InputError(
-            f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor lie "
-            "beyond its line; pick it where the mirror is held, at the mirror's edge"
+            f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor are "
+            "beyond its line; place it at the clamped edge of the mirror"
         )
 
 
 def misfit_flags(stage, step, degrees):
-    """Flags (list) for residuals (N,), degrees, that no noise explains.
+    """Flags (list) for residuals (N,), degrees, beyond noise.
 
     step: StepViews. Raises CalibrationError where they are so large that the shape is
-    none.
+    wrong.
     """
     mean = np.mean(degrees) if len(degrees) else np.inf
     if mean < WARN_RESIDUAL_DEG:
         return []
     found = (
-        f"corners lie {mean:.2g} deg (mean) from their rays: did the board, the "
-        "viewer or the clamp move between the pictures, or is the step too large?"
+        f"corners deviate by {mean:.2g} deg (mean) from their rays; use smaller steps "
+        "and a static board, camera and clamp"
     )
     if mean > MAX_RESIDUAL_DEG:
         names = f"{step.before.name}, {step.after.name}"
@@ -133,7 +132,7 @@ def misfit_flags(stage, step, degrees):
 
 
 def short_of_the_edge(cameras):
-    """Flags (list) for stages whose corners show a part of the mirror only.
+    """Flags (list) for stages whose corners cover a part of the mirror only.
 
     cameras: SplineMirrorCameras of the stages, the first of which shows all.
     """
@@ -142,9 +141,8 @@ def short_of_the_edge(cameras):
         spans = [np.ptp(one.grid.breaks[0]) for one in (camera, cameras[0])]
         if spans[0] < MIN_SPAN_FRACTION * spans[1]:
             flags.append(
-                f"stage {k}: common corners reach over {100 * spans[0] / spans[1]:.0f} "
-                "% of the mirror's picture from the clamp on; towards the free edge "
-                "it has no rays"
+                f"stage {k}: common corners cover {100 * spans[0] / spans[1]:.0f} % of "
+                "the mirror from the clamp; there are no rays near the free edge"
             )
     return flags
 
@@ -160,9 +158,9 @@ def _named(grids, first, second):
 
 DEFAULT_SETTINGS = MirrorSettings(fixed_shape=False)
 N_LINE_POINTS = 9
-# Where nobody states the deflections: the end moves by this share of the length.
+# Default deflection of the end, as a fraction of the length.
 DEFAULT_DEFLECTION = 0.1
-N_PIXELS_PER_GRID = 1000  # pixels for each grid, about, as in the thesis
+N_PIXELS_PER_GRID = 1000  # approximate number per grid, as in the thesis
 
 
 class ClampPicks(NamedTuple):
@@ -332,7 +330,7 @@ def calibrate_mirror(
     Thesis 5.2.
     """
     say = say or (lambda line: None)
-    say("places of the monitor, through the platter")
+    say("poses of the monitor, from the flat reference mirror")
     poses = grid_poses_in_platter(views.viewer, views.platter, views.thickness)  # type: ignore[arg-type]
     check_apart(poses, views.grids)
     line = _line(views)
@@ -341,7 +339,7 @@ def calibrate_mirror(
     primary = _primary(views, poses, line, spline)
     clamp = _held(primary.camera, line, views)
     updates = _updated(primary.camera, views.steps, clamp, settings, say)
-    say("all stages at once")
+    say("bundle adjustment of all stages")
     cameras = [primary.camera, *(update.camera for update in updates)]
     shown, T_camera_grid = _stage_views(views.steps, updates)
     bundle = bundle_stages(
@@ -365,7 +363,7 @@ def calibrate_mirror(
 
 
 def _line(views):
-    """The ClampLine, no more certain than its picks, beside what sees the monitor."""
+    """ClampLine, at most as certain as its points, next to the monitor's image."""
     found = clamp_line(views.viewer, views.clamp.points)
     picks = views.clamp.points[found.used]
     sd = views.clamp.sd_px / np.median(magnification(views.viewer, picks))
@@ -394,8 +392,8 @@ def _primary(views, poses, line, spline):
 
 
 def _by_rays(camera, pixels, points, T_camera_grid):
-    """(2, N) mm: how far points (N, 2) of a grid lie from the rays of pixels (N, 2),
-    and along them."""
+    """(2, N) mm: distances of points (N, 2) of a grid from the rays of pixels (N, 2),
+    and distances along these rays."""
     rays = camera.rays(pixels)
     q = placed_points(points, T_camera_grid) - rays.origins
     across = np.linalg.norm(np.cross(rays.directions, q), axis=1)
@@ -403,7 +401,7 @@ def _by_rays(camera, pixels, points, T_camera_grid):
 
 
 def _held(camera, line, views):
-    """FixedLine, by what of the clamp is hidden and how far the mirror is to bend."""
+    """FixedLine, from the hidden width of the clamp and the largest deflection."""
     hidden = views.clamp.hidden_mm
     length = hidden + _length(camera, line)
     stated = [step.deflection_mm for step in views.steps]
@@ -414,7 +412,7 @@ def _held(camera, line, views):
 
 
 def _length(camera, line):
-    """mm on the mirror from the middle of the line to the knots' other end."""
+    """Length on the mirror, mm, from the middle of the line to the opposite knots."""
     grid, middle = camera.grid, line.points(3)[1:2]
     u, v = grid.turned(middle)[0]
     ends = grid.breaks[0][[0, -1]]
@@ -425,7 +423,7 @@ def _length(camera, line):
 
 
 def _updated(camera, steps, clamp, settings, say):
-    """A MirrorUpdate for each step, from the camera of the one before."""
+    """A MirrorUpdate for each step, from the camera of the previous one."""
     found = []
     for k, step in enumerate(steps, 1):
         say(f"step {k}: {step.before.name}, {step.after.name}")
@@ -449,11 +447,11 @@ def _updated(camera, steps, clamp, settings, say):
 
 
 def _outline(camera, step, following, settings):
-    """Pixels (N, 2) that a stage's knots are to span beside the common corners.
+    """Pixels (N, 2) that a stage's knots span in addition to the common corners.
 
-    All that its pictures show of boards, so that the next step finds its corners
-    there; but no farther beyond the common ones than these still support the outermost
-    knot intervals, for with fewer knots the shape would be worse all over.
+    All board areas in its images, so that the next step finds its corners there, but
+    only as far as the common corners support the outermost knot intervals: with fewer
+    knots the whole shape would be worse.
     """
     viewer, grid = camera.viewer, camera.grid
     points, after = step.before.points, step.after.pixels
@@ -472,7 +470,7 @@ def _outline(camera, step, following, settings):
 
 
 def _noise(step):
-    """Median standard deviation of a step's corners, px; None where not stated."""
+    """Median standard deviation of a step's corners, px; None where unknown."""
     stated = [view.sd for view in (step.before, step.after) if view.sd is not None]
     if not stated or not np.isfinite(stated).any():
         return None
@@ -480,8 +478,8 @@ def _noise(step):
 
 
 def _stage_views(steps, updates):
-    """(StageViews, T_camera_grid (m, 4, 4)): every picture once, without the corners
-    taken for wrong; a board that stayed over several steps has one pose."""
+    """(StageViews, T_camera_grid (m, 4, 4)): every image once, without rejected
+    corners; a board that stayed over several steps has one pose."""
     shown, poses, grid_of = {}, [], {}
     for k, (step, update) in enumerate(zip(steps, updates, strict=True)):
         grid = grid_of.get(step.before.name)

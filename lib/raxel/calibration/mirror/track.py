@@ -1,9 +1,9 @@
-"""A bending mirror followed from picture to picture, before a grid that stays.
+"""Tracking of a flexible mirror through a video of a static grid.
 
-Between two pictures of a film a mirror bends little: the shape before is the start, the
-grid's pose and the knots stay, and what does not change is laid out once. Each picture
-is fitted for itself, so that no error grows from one to the next. Corners come from
-whoever finds them, or out of the pictures, from where they were.
+Between two images of a video the mirror bends little. The previous shape is the initial
+one, the grid's pose and the knots stay, and constant terms are computed once. Each
+image is fitted independently, so errors do not accumulate. Corners are given, or
+tracked from the previous image.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from raxel.errors import CalibrationError
 from raxel.features.film import FilmCorners, next_corners
 from raxel.geometry.least_squares import damped_step
 
-# A picture that moves less is settled, as a share of the standard deviations.
+# Convergence: change of the residuals in standard deviations.
 STEP_TOL_SIGMAS, MAX_N_STEPS = 1e-3, 6
-# Residuals beyond this many medians are wrong matches; no median is less, mm.
+# Outlier threshold in medians of the residuals, and minimum median in mm.
 OUTLIER_MEDIANS, MIN_MEDIAN_MM, MAX_N_ROUNDS = 6.0, 1e-6, 6
 
 
@@ -130,14 +130,14 @@ class MirrorTracker:
         used = camera.grid.inside(p)
         if 2 * np.count_nonzero(used) < np.count_nonzero(np.isfinite(p[:, 0])):
             raise CalibrationError(
-                "mirror in motion: most features lie outside the knots; lay the knots "
-                "anew by a stage of calibration",
+                "mirror in motion: most features are outside the knots; calibrate a "
+                "stage to place new knots",
                 code="outside-knots",
             )
         if np.count_nonzero(used) < MIN_N_POSE_CORNERS:
             raise CalibrationError(
-                f"mirror in motion: {np.count_nonzero(used)} features are seen; "
-                f"{MIN_N_POSE_CORNERS} or more are needed, found anew in the whole picture",
+                f"mirror in motion: found {np.count_nonzero(used)} features; detect "
+                f"{MIN_N_POSE_CORNERS} or more in the whole image",
                 code="too-few-features",
             )
         support = support_of(camera.grid, p[used])
@@ -148,9 +148,9 @@ class MirrorTracker:
         used, c, off, settled = self._right_ones(p, used, noise)
         left = np.count_nonzero(camera.grid.inside(p)) - np.count_nonzero(used)
         if left:
-            flags.append(f"{left} wrong matches left out")
+            flags.append(f"{left} wrong matches rejected")
         if not settled:
-            flags.append("refinement: stopped before it settled")
+            flags.append("refinement: not converged")
         self.coefficients = c
         residuals = np.full(len(p), np.nan)
         residuals[used] = off
@@ -164,7 +164,7 @@ class MirrorTracker:
         )  # fmt: skip
 
     def _right_ones(self, p, used, noise):
-        """Features that count, and what `_fitted` makes of them."""
+        """Features that count, and the result of `_fitted` for them."""
         for _ in range(MAX_N_ROUNDS):
             rays = RayPoints(p[used], self.camera.grid, self.camera.quantity)
             c, off, settled = self._fitted(rays, self.points[used], noise)
@@ -192,8 +192,8 @@ class MirrorTracker:
             c = space.coefficients(free)
             if not rays.in_front(c):
                 raise CalibrationError(
-                    "mirror in motion: the shape ran away; it moved too far since the "
-                    "picture before, calibrate a stage anew",
+                    "mirror in motion: the fit diverged (large motion since the last "
+                    "image); calibrate a new stage",
                     code="shape-diverged",
                 )
             settled = np.linalg.norm(J @ step) <= STEP_TOL_SIGMAS * np.sqrt(len(J))

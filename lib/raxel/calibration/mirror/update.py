@@ -1,9 +1,9 @@
-"""Dynamic calibration: the shape of a mirror after it was bent, from one stage (5.2.2).
+"""Dynamic calibration: shape of a mirror after a deflection, from one stage (5.2.2).
 
-A grid that does not move is seen before and after. Its pose is found with the camera as
-it was; the linear stage takes the scene directions to be those of before (5.28); the
-refinement makes the grid's points lie on their rays. Knots are laid anew over the new
-picture, the clamp stays as the primary stage had it.
+A static grid is seen before and after. Its pose is estimated with the previous camera.
+The linear stage keeps the previous scene directions (5.28); the refinement minimises
+the distances of the grid's points from their rays. Knots are placed anew over the new
+image, and the clamp of the primary stage is kept.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ from raxel.geometry.spline_grids import spline_grid
 
 # Residuals beyond this many medians belong to wrong matches.
 OUTLIER_MEDIANS, MAX_N_ROUNDS = 10.0, 5
-# What near scene points make of a slope in the linear stage, over one interval, mm.
+# Error of a slope in the linear stage from near scene points, over one interval, mm.
 LINEAR_SLOPE_SD_MM = 0.1
 MAX_OUTLIER_FRACTION = 0.25
-# The picture after, taken for that before, fits a pose this much better: exchanged.
+# Ratio of pose residuals with exchanged and given images: below, they are exchanged.
 MAX_EXCHANGED_RATIO = 0.5
-# Pictures in the right order can leave this much, and nothing is looked at below it.
+# Residual of a correct image order; smaller ones are not tested.
 EXCHANGE_TEST_MM = 0.1
-# A misfit moves neighbouring features alike and averages out less than noise: chosen on
-# eight seeds of geometry A, even and uneven by 10 um, that judge nothing.
+# Number of features with a common misfit, which averages out less than noise. Chosen on
+# eight simulated runs of geometry A, even and uneven by 10 um, that no claim uses.
 MISFIT_CORRELATION = 1.5
 
 
@@ -246,7 +246,7 @@ def update_mirror(
     common = np.isfinite(np.add(pixels_before, pixels_after)).all(axis=1)
     _not_too_many(wrong, common)
     if wrong.any():
-        flags.append(f"{np.count_nonzero(wrong)} wrong matches left out")
+        flags.append(f"{np.count_nonzero(wrong)} wrong matches rejected")
     return found._replace(pose=pose, wrong=wrong, flags=tuple(flags))
 
 
@@ -294,7 +294,7 @@ def linear_stage(
 
 
 def _placed_grid(before, pixels_before, pixels_after, points, start_pose=None):
-    """Rays (N,) to the grid, its NonCentralPose, its points (N, 3) placed so, pixels
+    """Rays (N,) to the grid, its NonCentralPose, its points (N, 3) in that pose, pixels
     (N, 2) after, NaN where a corner does not count, and wrong matches (N,)."""
     pixels_before, pixels_after, points = (
         np.asarray(a, float) for a in (pixels_before, pixels_after, points)
@@ -396,9 +396,9 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
-        flags.append("refinement: stopped before it settled")
+        flags.append("refinement: not converged")
     if far.any():
-        flags.append(f"{np.count_nonzero(far)} matches far off the others were kept")
+        flags.append(f"{np.count_nonzero(far)} outlying matches kept")
     return MirrorUpdate(
         camera,
         camera_of_shape(viewer, grid, start.coefficients, quantity),
@@ -408,8 +408,8 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
 
 
 class _LinearStart(NamedTuple):
-    """The linear stage: SplineGrid, which of its ends the clamp carries, PriorRows or
-    None, coefficients (K,)."""
+    """Linear stage: SplineGrid, its end at the clamp, PriorRows or None, coefficients
+    (K,)."""
 
     grid: object
     clamp_at: tuple | None
@@ -418,11 +418,11 @@ class _LinearStart(NamedTuple):
 
 
 def _start(before, p, directions, used, clamp, settings, outline):
-    """The _LinearStart from the features (N, 2) that are `used`."""
+    """_LinearStart from the features (N, 2) that are `used`."""
     if np.count_nonzero(used) < 3:
         raise CalibrationError(
-            f"mirror shape: {np.count_nonzero(used)} features are common to both "
-            "pictures; give pictures of one grid that does not move",
+            f"mirror shape: found {np.count_nonzero(used)} features common to both "
+            "images; give images of one static grid",
             code="too-few-features",
         )
     span = [p[used], clamp.points]
@@ -438,12 +438,12 @@ def _start(before, p, directions, used, clamp, settings, outline):
 
 
 def _common(p, directions):
-    """Which (N,) features have a place after and a scene ray."""
+    """Which (N,) features have a pixel after and a scene ray."""
     return np.isfinite(p).all(axis=1) & np.isfinite(directions).all(axis=1)
 
 
 def _beyond_noise(fit, reach):
-    """(misfit in radians, widening of the covariance) of a ShapeFit.
+    """(misfit in rad, widening of the covariance) of a ShapeFit.
 
     reach: (n, 3) mm, from the mirror to the points.
     """
@@ -458,12 +458,12 @@ def _beyond_noise(fit, reach):
 
 
 def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
-    """Coefficients (K,) of the linear stage; with a prior, weighed by its size."""
+    """Coefficients (K,) of the linear stage; a prior is weighted by its size."""
     w = np.column_stack([p[used], np.ones(np.count_nonzero(used))])
     normals = reflection_normals(w, directions[used])
     further = None
     if prior is not None:
-        # Slopes over one knot interval are lengths, as the prior's.
+        # Slopes over one knot interval are lengths, as those of the prior.
         width = min(np.diff(breaks).min() for breaks in grid.breaks)
         weight = LINEAR_SLOPE_SD_MM / prior.sd / width / prior.mm
         further = weight * prior.rows, weight * prior.values
@@ -474,7 +474,7 @@ def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
 
 
 def _knots(span, p, clamp, before, settings):
-    """The SplineGrid of the new picture, and which of its ends the clamp carries."""
+    """SplineGrid of the new image, and its end at the clamp."""
     angle, degree = before.grid.angle, settings.degree
     whole = spline_grid(span, settings.shape, degree, angle)
     clamp_at = clamped_end(whole, clamp)
@@ -485,7 +485,7 @@ def _knots(span, p, clamp, before, settings):
 
 
 def _not_exchanged(before, pixels_after, points, wrong, pose):
-    """Refuse a picture after that the camera before explains better than its own."""
+    """Reject an image after that fits the previous camera better than its own."""
     if pose.rms < EXCHANGE_TEST_MM:
         return
     rays = before.rays(np.where(wrong[:, None], np.nan, pixels_after))
@@ -495,9 +495,9 @@ def _not_exchanged(before, pixels_after, points, wrong, pose):
     enough = other.inliers.sum() > pose.inliers.sum() / 2
     if enough and other.rms < MAX_EXCHANGED_RATIO * pose.rms:
         raise CalibrationError(
-            f"mirror stage: the picture after fits the camera before better "
-            f"({other.rms:.3g} mm) than the picture before does ({pose.rms:.3g} mm); "
-            "exchange the two",
+            f"mirror stage: the image after fits the previous camera better "
+            f"({other.rms:.3g} mm) than the image before ({pose.rms:.3g} mm); exchange "
+            "the images",
             code="exchanged-images",
         )
 
@@ -506,13 +506,13 @@ def _not_too_many(wrong, common):
     found, whole = np.count_nonzero(wrong & common), np.count_nonzero(common)
     if found > MAX_OUTLIER_FRACTION * max(whole, 1):
         raise CalibrationError(
-            f"mirror shape: {found} of {whole} matches do not fit the others; match "
-            "the two pictures of the grid anew",
+            f"mirror shape: {found} of {whole} matches are outliers; match the two "
+            "images of the grid anew",
             code="wrong-matches",
         )
 
 
 def _inside(before, p):
-    """p (n, 2) of those inside the camera's knots."""
+    """Rows of p (n, 2) inside the camera's knots."""
     inside = before.grid.inside(p)
     return p[inside] if np.count_nonzero(inside) > 3 else before.grid.corners
