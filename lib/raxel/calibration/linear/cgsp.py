@@ -1,9 +1,9 @@
-"""The linear stage of CGSP: camera centre and grid poses from rays (thesis 4.1.2).
+"""Linear stage of CGSP: camera centre and grid poses from rays (thesis 4.1.2).
 
-CGSP is the thesis's central generic calibration by a synthetic pinhole camera: the base
-grid takes the picture. World = base grid (grid 0), z = 0. Reflection in the base plane
-is an exact second solution, which data cannot exclude: ``side`` is the sign of C_z.
-With grid axes x right, y down, z into the board as the camera sees it, C_z < 0.
+CGSP is the thesis's central generic calibration by a synthetic pinhole camera, whose
+image plane is the base grid. World = base grid (grid 0), z = 0. Reflection in the base
+plane is an exact second solution, which data cannot exclude: ``side`` is the sign of
+C_z. With grid axes x right, y down, z into the board in the camera's view, C_z < 0.
 """
 
 from __future__ import annotations
@@ -19,15 +19,13 @@ from raxel.geometry.homography import homography_dlt, normalising, robust_start
 from raxel.geometry.homography_stream import across, fit_homography, floating, kronecker
 from raxel.geometry.poses import nearest_rotation, pose
 
-N_RANSAC_PAIRS = (
-    20_000  # pairs of rays that outliers are looked for among, as in the thesis
-)
-MIN_N_COMMON_RAYS = 4  # rays that two grids must share
-N_WEIGHTING_ROUNDS = 2  # of weighting; a third changes nothing
-MAX_THRESHOLD_FRACTION = (
-    0.5  # of the spread of the base's points: pairs this far off are not alike
-)
-MIN_INLIER_FRACTION = 0.5  # share of the rays common to two grids
+# Pairs of rays in RANSAC, as in the thesis.
+N_RANSAC_PAIRS = 20_000
+MIN_N_COMMON_RAYS = 4  # rays common to two grids
+N_WEIGHTING_ROUNDS = 2  # a third round changes nothing
+# Inlier threshold over the spread of the base's points.
+MAX_THRESHOLD_FRACTION = 0.5
+MIN_INLIER_FRACTION = 0.5  # of the rays common to two grids
 
 
 class CgspSolution(NamedTuple):
@@ -122,16 +120,16 @@ def linear_cgsp(
     points = floating(points)
     if len(points) < 3:
         raise CalibrationError(
-            f"linear stage: {len(points)} grids given; three or more are needed",
+            f"linear stage: found {len(points)} grids; give three or more",
             code="too-few-grids",
         )
     if robust is not None and rng is None:
-        raise ValueError("robust: needs rng, a numpy Generator")
+        raise ValueError("robust: rng is missing; give a numpy Generator")
     finite = np.isfinite(points[..., 0]) & np.isfinite(points[..., 1])
     seen = finite if seen is None else np.asarray(seen, bool) & finite
     by_noise = isinstance(weights, str)
     if by_noise and weights != "image noise":
-        raise ValueError(f"weights: {weights!r}; an array or 'image noise'")
+        raise ValueError(f"weights: found {weights!r}; give an array or 'image noise'")
     fits = []
     for k in range(1, len(points)):
         factors = None if by_noise or weights is None else weights[k]
@@ -156,8 +154,8 @@ def homography_to_base(
     common = np.flatnonzero(both)
     if len(common) < MIN_N_COMMON_RAYS:
         raise CalibrationError(
-            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
-            f" at least {MIN_N_COMMON_RAYS} are needed: the grids must overlap in the image",
+            f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays; "
+            f"give at least {MIN_N_COMMON_RAYS} (grids must overlap in the image)",
             code="no-overlap",
         )
     try:
@@ -180,22 +178,21 @@ def homography_to_base(
         ) from None
     if fit.count < MIN_INLIER_FRACTION * len(common):
         raise CalibrationError(
-            f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
-            f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
-            " agree with no one homography; more than half are outliers, or the camera"
-            " has no single centre",
+            f"linear stage: grid {k} and the base: {len(common) - fit.count} of "
+            f"{len(common)} common rays are outliers of the best homography; check the "
+            "matches (or the camera is not central)",
             code="too-many-outliers",
         )
     return fit
 
 
 def _refuse_loose(limit, base, k):
-    """Points that have nothing to do with each other are as far off as they spread."""
+    """Reject a threshold as large as the spread of unrelated points."""
     spread = np.sqrt(np.mean((base - np.median(base, axis=0)) ** 2))
     if limit > MAX_THRESHOLD_FRACTION * spread:
         raise CalibrationError(
-            f"linear stage: grid {k} and the base agree with no homography: pairs are"
-            f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}",
+            f"linear stage: grid {k} and the base agree with no homography (threshold "
+            f"{limit:.3g}, spread of points {spread:.3g}); check the matches",
             code="too-many-outliers",
         )
 
@@ -203,8 +200,8 @@ def _refuse_loose(limit, base, k):
 def solve_homographies(points, fits, *, side=-1, pinhole="sturm-maybank", rounds=0):
     """CgspSolution from the HomographyFits of grids 1 to n-1, by (4.6) to (4.14).
 
-    rounds: how often the homographies are fitted anew, to the same rays, with the
-    weights of `image_noise_weights`; other arguments and errors as `linear_cgsp`.
+    rounds: number of refits of the homographies to the same rays, with the weights of
+    `image_noise_weights`; other arguments and errors as `linear_cgsp`.
     """
     solution = _solution(points, fits, side, pinhole)
     for _ in range(rounds):
@@ -289,7 +286,7 @@ def _solution(points, fits, side, pinhole):
 
 
 def _some(points, use):
-    """Points (M, 2) of the rays in use: all, or an even choice of many."""
+    """Points (M, 2) of the rays in use: all, or an even subset of many."""
     picked = np.flatnonzero(use)
     return points[picked[:: max(1, len(picked) // N_RANSAC_PAIRS)]]
 
@@ -310,32 +307,31 @@ def _in_front(fit, points):
     return float(np.mean(np.sign(picked @ fit.H[2, :2] + fit.H[2, 2])))
 
 
-# A pinhole camera whose image plane is the base grid: its centre and grid poses. The
-# rays of any central camera meet the base grid in a picture without distortion, and
-# the homographies from the other grids to this picture are all that a plane-based
-# pinhole calibration needs (thesis 4.1.1). Two such methods stand here behind one
-# interface, in ``PINHOLE_METHODS``: name -> function(homographies) -> (x, y, square
-# of C_z). - ``sturm-maybank``: two linear equations for the image of the absolute
-# conic per homography, (4.6) to (4.10). P. Sturm and S. Maybank, CVPR 1999,
-# doi:10.1109/CVPR.1999.786974. - ``circle``: each homography leaves the centre one
-# circle; the point nearest to all of them, those of well tilted grids above all. The
-# two vanishing points of perpendicular directions see the centre under a right angle,
-# whatever the directions. The thesis also tried Wang and Liu (2006), does not
-# describe it, and it could not be recovered; the circle is the natural other way to
-# use the vanishing line, not theirs. Homographies map (x, y, 1) on a grid to the base
-# plane, both in any unit.
+# Pinhole camera whose image plane is the base grid: its centre and grid poses. The rays
+# of any central camera meet the base grid in an image without distortion, and the
+# homographies from the other grids to this image suffice for a plane-based pinhole
+# calibration (thesis 4.1.1). ``PINHOLE_METHODS`` contains two such methods: name ->
+# function(homographies) -> (x, y, square of C_z). - ``sturm-maybank``: two linear
+# equations for the image of the absolute conic per homography, (4.6) to (4.10). P.
+# Sturm and S. Maybank, CVPR 1999, doi:10.1109/CVPR.1999.786974. - ``circle``: each
+# homography restricts the centre to a circle; the result is the point nearest to all
+# circles, weighted by the tilt of their grids. From the centre, the vanishing points of
+# any two perpendicular directions are at a right angle. The thesis also used Wang and
+# Liu (2006), whose method it does not describe; the circle is another way to use the
+# vanishing line. Homographies map (x, y, 1) on a grid to the base plane, both in any
+# unit.
 
 
-# A system determined worse than this is refused even when there is no noise to see.
+# Singular-value ratio below which a system is degenerate, also without noise.
 DEGENERACY_TOL = 1e-9
-# The third singular value must stand out this far above the noise of the coefficients.
+# Third singular value over the noise of the coefficients.
 MIN_NOISE_RATIO = 5.0
-# Share of a grid's points that may lie behind the centre before it is refused.
+# Fraction of a grid's points behind the centre.
 MAX_BEHIND_FRACTION = 0.25
 
 
 def scaled(H):
-    """Homographies (..., 3, 3) with |h_1|^2 + |h_2|^2 = 2, so that all weigh alike."""
+    """Homographies (..., 3, 3) with |h_1|^2 + |h_2|^2 = 2, for equal weights."""
     size = np.sqrt(np.sum(H[..., :2] ** 2, axis=(-2, -1)) / 2)
     return H / size[..., None, None]
 
@@ -497,24 +493,26 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
     (4.9) for all grids; margin: the third over the noise.
 
     Raises CalibrationError for grids that are parallel, to the base or to each other,
-    as far as the noise lets one tell, and where C_z is not real; ValueError for a side
-    or a method that is none.
+    within the noise, and where C_z is not real; ValueError for an unknown side or
+    method.
     """
     if pinhole not in PINHOLE_METHODS:
-        raise ValueError(f"pinhole: {pinhole!r}; expected one of {[*PINHOLE_METHODS]}")
+        raise ValueError(
+            f"pinhole: found {pinhole!r}; give one of {[*PINHOLE_METHODS]}"
+        )
     if side not in (-1, 1):
-        raise ValueError(f"side: {side!r}; expected -1 or 1, the sign of C_z")
+        raise ValueError(f"side: found {side!r}; give -1 or 1, the sign of C_z")
     degeneracy, margin = _determination(homographies, noise)
     if degeneracy < DEGENERACY_TOL or margin < MIN_NOISE_RATIO:
         raise CalibrationError(
-            f"linear stage: {_parallel(homographies, noise)} (singular-value ratio"
-            f" {degeneracy:.1e}); tilt the grids differently"
+            f"linear stage: {_parallel(homographies, noise)} (singular-value ratio "
+            f"{degeneracy:.1e}); tilt the grids differently"
         )
     x, y, square = PINHOLE_METHODS[pinhole](homographies)
     if not square > 0:
         raise CalibrationError(
-            "linear stage: C_z^2 is negative; the points are too noisy for these tilts,"
-            " or the rays do not meet in one point",
+            "linear stage: C_z^2 is negative (noisy points, or a non-central camera); "
+            "tilt the grids more",
             code="negative-square",
         )
     centre = np.array([x, y, side * np.sqrt(square)])
@@ -522,10 +520,10 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
 
 
 def margins_of(homographies, noise):
-    """The margins (...) that `centre_of` gives, NaN where it refuses.
+    """Margins (...) of `centre_of`, NaN where it rejects the grids.
 
     homographies: (..., n - 1, 3, 3), as there; noise: (...). Sturm and Maybank's method
-    says whether C_z is real.
+    determines whether C_z is real.
     """
     degeneracy, margin = _determination(homographies, noise)
     square = sturm_maybank(homographies)[2]
@@ -534,21 +532,21 @@ def margins_of(homographies, noise):
 
 
 def _determination(homographies, noise):
-    """Degeneracy and margin, as `centre_of` says."""
+    """Degeneracy and margin, as in `centre_of`."""
     singular = np.linalg.svd(conic_system(homographies), compute_uv=False)
-    # Exact points leave rounding alone.
+    # Exact points leave rounding only.
     margin = singular[..., 2] / np.maximum(noise, 1e-15)
     return singular[..., 2] / singular[..., 0], margin
 
 
 def _parallel(homographies, noise):
-    """Which grids cannot be told from parallel ones, in words."""
+    """Description of the grids that are parallel within the noise."""
     tilts = np.hypot(homographies[:, 2, 0], homographies[:, 2, 1])
     floor = MIN_NOISE_RATIO * max(noise, DEGENERACY_TOL)
     flat = [str(k) for k, tilt in enumerate(tilts, start=1) if tilt < floor]
     if flat:
-        return f"parallel to the base as far as the noise tells: grid {', '.join(flat)}"
-    return "the grids are parallel to each other as far as the noise tells"
+        return f"parallel to the base within the noise: grid {', '.join(flat)}"
+    return "the grids are parallel to each other within the noise"
 
 
 def grid_pose(H: np.ndarray, centre: np.ndarray, in_front: float) -> np.ndarray:
@@ -580,7 +578,8 @@ def grid_pose(H: np.ndarray, centre: np.ndarray, in_front: float) -> np.ndarray:
     """
     if abs(in_front) < 1 - 2 * MAX_BEHIND_FRACTION:
         raise CalibrationError(
-            "linear stage: points of a grid lie on both sides of the camera centre",
+            "linear stage: points of a grid are on both sides of the camera centre; "
+            "check the matches",
             code="behind-centre",
         )
     x, y, z = centre

@@ -1,17 +1,17 @@
-"""The linear stage of the standard generic method: centre and grid poses from rays.
+"""Linear stage of the standard generic method: centre and grid poses from rays.
 
 Two variants of thesis section 2.4.1, both exact on exact data:
 
-- ``linear_as_printed``: the algorithm of (2.15)-(2.25) with its slips of the pen mended
-  but its numerics kept: lengths as they come, one ratio for the common scale, C_z
-  through the product V'_4 V'_5, t_z through a division by C_y.
+- ``linear_as_printed``: the algorithm of (2.15)-(2.25), with misprints corrected and
+  with its numerics: original lengths, one ratio for the common scale, C_z through the
+  product V'_4 V'_5, t_z through a division by C_y.
 - ``linear_well_conditioned``: the same constraints in normalised coordinates, with
   least-squares scales and no division by a quantity that may vanish; any number of
   grids.
 
 World = base grid (grid 0), z = 0. Reflection in the base plane is an exact second
 solution, which data cannot exclude: ``side`` is the sign of C_z. With grid axes x
-right, y down, z into the board as the camera sees it, C_z < 0 (``side=-1``).
+right, y down, z into the board in the camera's view, C_z < 0 (``side=-1``).
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def table_2_1(
         w[2] = -centre[2]
         n[2] = -centre[2] + T_base_2[2, 3]
     elif row_3 != "corrected":
-        raise ValueError(f"row_3: {row_3!r}; expected 'corrected' or 'printed'")
+        raise ValueError(f"row_3: found {row_3!r}; give 'corrected' or 'printed'")
     return np.stack([v, w, m, n])
 
 
@@ -151,7 +151,7 @@ def solve_coefficients(
     """
     if len(points_1) < 6:
         raise CalibrationError(
-            f"linear stage: {len(points_1)} rays see both grids; at least 6 are needed",
+            f"linear stage: {len(points_1)} rays see both grids; give at least 6",
             code="too-few-rays",
         )
     products = bilinear_products(points_1, points_k)
@@ -168,8 +168,8 @@ def _null_vector(products, terms):
     _, singular, right = np.linalg.svd(triangle)
     if not singular[4] > 1e-13 * singular[0]:
         raise CalibrationError(
-            "linear stage: the points common to two grids lie on a line;"
-            " use boards that share an area of the image",
+            "linear stage: the points common to two grids are collinear; use boards "
+            "that share an area of the image",
             code="degenerate-points",
         )
     vector = np.zeros(9)
@@ -220,7 +220,7 @@ class Similarity(NamedTuple):
 
 
 class GridPair(NamedTuple):
-    """What the rays common to the base and one grid say: coefficients at one scale.
+    """Coefficients from the rays common to the base and one grid, at one scale.
 
     shared = v_a = w_a, v_b, w_b: (3,) each, in normalised coordinates. in_front: mean
     sign of v_a . q over the points, which is that of lambda (P_z - C_z). noise: length
@@ -327,13 +327,15 @@ def normalising_similarity(points: np.ndarray) -> Similarity:
     """
     if len(points) == 0:
         raise CalibrationError(
-            "linear stage: two grids have no ray in common", code="no-overlap"
+            "linear stage: two grids have no common ray; let them overlap in the image",
+            code="no-overlap",
         )
     offset = points.mean(axis=0)
     spread = np.sqrt(np.mean(np.sum((points - offset) ** 2, axis=1)))
     if not spread > 0:
         raise CalibrationError(
-            "linear stage: all points of a grid coincide", code="degenerate-points"
+            "linear stage: all points of a grid coincide; check the points",
+            code="degenerate-points",
         )
     return Similarity(offset, np.sqrt(2.0) / spread)
 
@@ -342,7 +344,7 @@ def grid_pair(points_1, points_k, base, grid, weights=None):
     """Coefficients of one grid at a common scale, from (N, 2) points of common rays.
 
     V_4..V_6 and W_1..W_3 estimate the same vector: the closest rank-one matrix to the
-    pair gives it and both scales at once (in place of the single ratio of 2.16).
+    pair gives it and both scales at once (instead of the single ratio of 2.16).
     """
     q = grid.apply(points_k)
     v, w, noise = solve_coefficients(base.apply(points_1), q, weights)
@@ -353,7 +355,8 @@ def grid_pair(points_1, points_k, base, grid, weights=None):
     scale_v, scale_w = singular[0] * right[0]
     if min(abs(scale_v), abs(scale_w)) < DEGENERACY_TOL:
         raise CalibrationError(
-            "linear stage: a grid's plane seems to contain the camera centre",
+            "linear stage: the plane of a grid contains the camera centre; move the "
+            "grid",
             code="behind-centre",
         )
     v_b, w_b = v[6:9] / scale_v, w[6:9] / scale_w
@@ -368,7 +371,7 @@ def solve_grid_pairs(pairs, side=-1):
     """LinearSolution from the GridPairs of two or more grids with one common base."""
     if len(pairs) < 2:
         raise CalibrationError(
-            f"linear stage: {len(pairs) + 1} grids given; three or more are needed",
+            f"linear stage: found {len(pairs) + 1} grids; give three or more",
             code="too-few-grids",
         )
     homographies = np.stack([pair.homography() for pair in pairs])
@@ -384,7 +387,7 @@ def solve_grid_pairs(pairs, side=-1):
 
 
 def margins_of_pairs(pairs, picks):
-    """`margin` of the solutions that choices of GridPairs would give: (T,).
+    """`margin` of the solutions of choices of GridPairs: (T,).
 
     picks: (T, m) indices of pairs. NaN where they determine no centre.
     """
@@ -437,7 +440,7 @@ def linear_as_printed(
     Thesis (2.15) to (2.25).
     """
     if tz not in ("printed", "corrected"):
-        raise ValueError(f"tz: {tz!r}; expected 'printed' or 'corrected'")
+        raise ValueError(f"tz: found {tz!r}; give 'printed' or 'corrected'")
     v, w = _ratio_scaled(*solve_coefficients(points_1, points_2)[:2], "V_4/W_1")
     m, n = _ratio_scaled(*solve_coefficients(points_1, points_3)[:2], "M_4/N_1")
     u, degeneracy = solve_unknowns(v, w, m, n)
@@ -533,11 +536,11 @@ def solve_unknowns(
     degeneracy = singular[4] / singular[0]
     if not degeneracy > DEGENERACY_TOL:
         raise CalibrationError(
-            "as printed: the matrix of (2.21) has rank below 5; grids parallel to the"
-            " base or to each other",
+            "as printed: the matrix of (2.21) has rank below 5 (parallel grids); tilt "
+            "the grids against the base and each other",
             code="parallel-grids",
         )
-    # The null vectors are 0 at l_1 and l_2, so any solution holds their values.
+    # The null vectors are 0 at l_1 and l_2, so every solution has their values.
     solution = right[:5].T @ ((left.T @ np.array(values))[:5] / singular[:5]) / units
     return a + solution[0] * b + solution[1] * c, float(degeneracy)
 

@@ -1,1 +1,1 @@
-"""Cameras with a formula: Zhang's method, OpenCV's fisheye, any lens formula."""
+"""Parametric cameras: Zhang's method, OpenCV's fisheye model, general lens models."""

@@ -1,16 +1,16 @@
-"""Bundle adjustment of a lens formula and the poses of boards: pixels are compared.
+"""Bundle adjustment of a lens model and the poses of boards, by reprojection error.
 
-Levenberg-Marquardt on the normal equations, from which the poses are eliminated (Schur
-complement): each board's pose has a block of six of its own, and only the formula's few
-parameters meet all boards. A step of a pose is X' = exp([w]x) R X + t + s, in the
-camera's frame. The shape of the board, one in all photographs, may be among the
-formula's parameters (`raxel.calibration.views.correspondence`).
+Levenberg-Marquardt on the normal equations after elimination of the poses (Schur
+complement): each board's pose has its own block of six, and only the few parameters of
+the model are common to all boards. A step of a pose is X' = exp([w]x) R X + t + s, in
+the camera frame. The shape of the board, common to all images, may be among the
+parameters (`raxel.calibration.views.correspondence`).
 
-The loss is that of least squares for small distances. Wide of the residuals' own scale
-wrong corners pull less (Cauchy's loss, for the start) or not at all (Tukey's, in the
-end). A formula that does not fit moves all corners of a board alike; so each board has
-a scale of its own, at least that of all boards and at most a few times it. Source:
-Huber and Ronchetti, Robust Statistics, 2009.
+The loss is quadratic for small residuals. Outliers, relative to the scale of the
+residuals, have a reduced weight (Cauchy's loss, at the start) or none (Tukey's, at the
+end). A wrong model shifts all corners of a board alike, so each board has its own
+scale: at least that of all boards, and at most a few times it. Source: Huber and
+Ronchetti, Robust Statistics, 2009.
 """
 
 from typing import NamedTuple
@@ -24,38 +24,37 @@ from raxel.cameras.lenses.rational import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, transform
 
-# Lens formulas as fits need them: pixels of points, and their derivatives. A point X
-# of the camera frame is seen at the angle theta to the axis z from the pupil at
-# height z0(theta) on it: (z - z0) sin theta = rho cos theta, with rho its distance
-# from the axis. With e the unit vector across the axis towards X, the formula is p =
-# s(theta) e, q = p (1 + k1 s^2 + k2 s^4 + ...) + d(p), pixel = (fx q_x + cx, fy q_y +
-# cy), z0 = a1 theta^2 + a2 theta^4 + ... The base s is theta (Kannala and Brandt) or
-# (1 + xi) sin theta / (cos theta + xi) (the unified sphere): both are theta near the
-# axis, so that xi changes neither the focal length nor the size of the other terms
-# there. A perspective lens is the unified sphere with xi = 0, s = tan theta; where xi
-# is free beside the radial terms, all of these hang together, and no fit ends on 0 by
-# itself. With (x, y) = p, the decentring d is Brown's and that of a thin prism, d =
-# (2 p1 x y + p2 (s^2 + 2 x^2) + s1 s^2, p1 (s^2 + 2 y^2) + 2 p2 x y + s2 s^2):
-# together all that grows with s^2 and goes once round with the azimuth. Sources:
-# Brown 1971, Photogrammetric Engineering 37(8); Weng, Cohen and Herniou 1992,
-# doi:10.1109/34.159901.
+# Pixels of points under a lens model, and their derivatives. A point X of the camera
+# frame is seen at the angle theta to the axis z from the pupil at height z0(theta) on
+# it: (z - z0) sin theta = rho cos theta, with rho its distance from the axis. With e
+# the unit vector across the axis towards X, the model is p = s(theta) e, q = p (1 + k1
+# s^2 + k2 s^4 + ...) + d(p), pixel = (fx q_x + cx, fy q_y + cy), z0 = a1 theta^2 + a2
+# theta^4 + ... The base s is theta (Kannala and Brandt) or (1 + xi) sin theta / (cos
+# theta + xi) (unified sphere). Both are theta near the axis, so xi changes neither the
+# focal length nor the size of the other terms there. A perspective lens is the unified
+# sphere with xi = 0, s = tan theta. If xi and the radial terms are free they are
+# strongly correlated, and no fit converges to xi = 0. With (x, y) = p, the decentring d
+# combines Brown's terms and those of a thin prism, d = (2 p1 x y + p2 (s^2 + 2 x^2) +
+# s1 s^2, p1 (s^2 + 2 y^2) + 2 p2 x y + s2 s^2): all terms that grow with s^2 and have
+# the period of one turn in azimuth. Sources: Brown 1971, Photogrammetric Engineering
+# 37(8); Weng, Cohen and Herniou 1992, doi:10.1109/34.159901.
 
 
 N_FRAME_PARAMETERS = 4  # fx, fy, cx, cy come first
-MAX_XI = 100.0  # a fisheye has 2 or 3; the image of more is the same to 1 %
-AXIS_TOL = 1e-9  # of the distance: nearer to the axis a point counts as on it
+MAX_XI = 100.0  # a fisheye has 2 or 3; larger values change the image by less than 1 %
+AXIS_TOL = 1e-9  # as a fraction of the distance: nearer points count as on the axis
 
 
 class LensFormula(NamedTuple):
-    """Which terms a lens formula has.
+    """Terms of a lens model.
 
-    base: "kannala-brandt", "unified", or "perspective", the unified sphere whose xi is
-    0 and no parameter; radial: number of terms k; decentring: 0, 2 (p1, p2) or 4
-    (s1, s2, too); pupil: number of terms of z0, 0 for a central lens; board: which
-    values of a BoardShape are fitted with it, names in their order.
+    base: "kannala-brandt", "unified", or "perspective", the unified sphere with xi
+    fixed at 0; radial: number of terms k; decentring: 0, 2 (p1, p2) or 4 (s1, s2, too);
+    pupil: number of terms of z0, 0 for a central lens; board: fitted values of a
+    BoardShape, by name, in order.
 
-    Its parameters stand in one vector (P,): fx, fy, cx, cy; xi of the unified base; k;
-    the decentring; a; the board's. Lengths are in the board's unit.
+    The parameters form one vector (P,): fx, fy, cx, cy; xi of the unified base; k; the
+    decentring; a; the board's. Lengths are in the board's unit.
     """
 
     base: str
@@ -66,7 +65,7 @@ class LensFormula(NamedTuple):
 
     @property
     def names(self):
-        """The names of the parameters, in their order."""
+        """Names of the parameters, in order."""
         names = ["fx", "fy", "cx", "cy"]
         names += ["xi"] * (self.base == "unified")
         names += [f"k{j + 1}" for j in range(self.radial)]
@@ -75,8 +74,8 @@ class LensFormula(NamedTuple):
         return names + list(self.board)
 
     def parts(self, values):
-        """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where the law has
-        none."""
+        """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None for a base without
+        it."""
         xi = 0.0 if self.base == "perspective" else None
         first = N_FRAME_PARAMETERS
         if self.base == "unified":
@@ -89,20 +88,20 @@ class LensFormula(NamedTuple):
         return xi, values[first:off_axis], decentring, a
 
     def moved_to(self, other, values):
-        """The vector of another formula of the same base; terms it lacks are dropped,
-        new ones are 0."""
+        """Vector of another model of the same base; missing terms are dropped, new ones
+        are 0."""
         known = dict(zip(self.names, values, strict=True))
         return np.array([known.get(name, 0.0) for name in other.names])
 
     def bounded(self, values):
-        """The vector with a xi that a unified sphere can have."""
+        """Vector with xi clipped to the range of a unified sphere."""
         if self.base == "unified" and not 0 <= values[N_FRAME_PARAMETERS] <= MAX_XI:
             values = values.copy()
             values[N_FRAME_PARAMETERS] = np.clip(values[N_FRAME_PARAMETERS], 0, MAX_XI)
         return values
 
     def camera(self, values, width, height):
-        """The Camera of parameters (P,), or CalibrationError where there is none."""
+        """Camera of parameters (P,); CalibrationError where none exists."""
         xi, k, decentring, a = self.parts(values)
         fx, fy, cx, cy = values[:N_FRAME_PARAMETERS]
         off_axis = {"tangential": decentring[:2], "prism": decentring[2:]}
@@ -122,13 +121,15 @@ class LensFormula(NamedTuple):
             return MovingPupilCamera(lens, a) if len(a) else lens
         except InputError as fault:
             raise CalibrationError(
-                f"{self.base}: what was fitted is no camera: {fault}", code="no-camera"
+                f"{self.base}: no camera has the fitted parameters ({fault}); check "
+                "the corners, or give more boards",
+                code="no-camera",
             ) from None
 
 
 class Imaged(NamedTuple):
-    """pixels (N, 2), NaN beyond the formula; by_values (N, 2, P), 0 for the board's,
-    and by_points (N, 2, 3), their derivatives."""
+    """pixels (N, 2), NaN outside the model; derivatives by_values (N, 2, P), 0 for the
+    board's values, and by_points (N, 2, 3)."""
 
     pixels: np.ndarray
     by_values: np.ndarray
@@ -136,8 +137,8 @@ class Imaged(NamedTuple):
 
 
 def imaged_points(formula, values, points, derivatives=True):
-    """Pixels of points (N, 3) by a formula, and their derivatives: Imaged; without
-    them, the pixels (N, 2) alone."""
+    """Pixels of points (N, 3) under a model, with derivatives (Imaged), or without, as
+    pixels (N, 2) alone."""
     xi, k, decentring, a = formula.parts(values)
     focal, centre = values[:2], values[2:N_FRAME_PARAMETERS]
     with np.errstate(all="ignore"):
@@ -151,7 +152,7 @@ def imaged_points(formula, values, points, derivatives=True):
             return focal * q + centre
         by_rho, by_z, by_a = _slopes(theta, rho, points[:, 2], a)
         by_p, q_by_k = _warp_slopes(p, k, decentring, terms)
-        # Radially p moves with theta, across with the azimuth.
+        # p moves radially with theta, tangentially with the azimuth.
         outer = unit[:, :, None] * unit[:, None]
         p_by_points = np.empty((len(points), 2, 3))
         p_by_points[:, :, :2] = (slope * by_rho)[:, None, None] * outer + (s / rho)[
@@ -193,7 +194,7 @@ def _slopes(theta, rho, z, a):
 
 
 def _base(theta, xi):
-    """s, ds/dtheta and ds/dxi at angles (N,); NaN beyond the sphere's rim."""
+    """s, ds/dtheta and ds/dxi at angles (N,); NaN beyond the edge of the sphere."""
     if xi is None:
         return theta, np.ones_like(theta), np.zeros_like(theta)
     sine, cosine = np.sin(theta), np.cos(theta)
@@ -243,10 +244,10 @@ def _warp_slopes(p, k, decentring, terms):
     return by_p, p[:, :, None] * powers[:, None]
 
 
-RAYLEIGH_MEDIAN = 1.1774  # median distance of a corner whose coordinates scatter by 1
-OUTLIER_SCALES = 6.0  # scales beyond which a corner counts as wrong
-MAX_SCALE_RATIO = 5.0  # of a board, in scales of all
-MIN_SCALE_PX = 0.01  # no corner is known better
+RAYLEIGH_MEDIAN = 1.1774  # median distance at unit standard deviation per coordinate
+OUTLIER_SCALES = 6.0  # scales beyond which a corner is an outlier
+MAX_SCALE_RATIO = 5.0  # scale of a board over that of all boards
+MIN_SCALE_PX = 0.01  # highest accuracy of a corner
 ROUNDING_PX = 1e-7
 MAX_N_STEPS, COST_TOL = 40, 1e-6
 MIN_DAMPING, CONVERGED_DAMPING, MAX_DAMPING = 1e-13, 1e-8, 1e10
@@ -256,8 +257,8 @@ N_POSE_STEPS = 20
 
 class StackedBoards(NamedTuple):
     """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool; outline (2, 2):
-    the middle of all boards' points and half of their extent along x and y; copies
-    (n,): equal numbers for near copies."""
+    centre of all boards' points and half of their extent along x and y; copies (n,):
+    equal numbers for near copies."""
 
     pixels: np.ndarray
     points: np.ndarray
@@ -266,38 +267,38 @@ class StackedBoards(NamedTuple):
     copies: np.ndarray
 
     def some(self, chosen):
-        """The boards that are chosen, (n,) bool."""
+        """The chosen boards, (n,) bool."""
         parts = (part[chosen] for part in self[:3])
         return StackedBoards(*parts, self.outline, self.copies[chosen])
 
     @property
     def groups(self):
-        """(n,): the number of each board's group of near copies, counted from 0."""
+        """(n,): index of each board's group of near copies, from 0."""
         return np.unique(self.copies, return_inverse=True)[1]
 
     def of_groups(self, values):
-        """Sums (G, ...) of values (n, ...) of boards: one of each group."""
+        """Sums (G, ...) over each group of values (n, ...) of boards."""
         groups = self.groups
         summed = np.zeros((groups.max() + 1, *values.shape[1:]))
         np.add.at(summed, groups, values)
         return summed
 
     def shape(self, formula, values):
-        """The BoardShape of a formula's parameters (P,); what it has none of is 0."""
+        """BoardShape of a model's parameters (P,); missing values are 0."""
         known = dict(zip(formula.names, values, strict=True))
         return BoardShape(*self.outline, np.array([known.get(n, 0.0) for n in TERMS]))
 
     def placed(self, formula, values):
-        """The points (n, M, 3) of the board as the parameters shape it."""
+        """Points (n, M, 3) of the board with the shape of the parameters."""
         if not formula.board:
             return self.points
         return self.shape(formula, values).points(self.points[..., :2])
 
 
 class AdjustedLens(NamedTuple):
-    """values (P,), T_camera_grid (n, 4, 4); residuals (n, M, 2) px, found less
-    projected, NaN where not seen; scales (n,) px: of a coordinate, for the loss; cost:
-    the loss, px^2; normal (P, P): what the poses leave of the normal matrix."""
+    """values (P,), T_camera_grid (n, 4, 4); residuals (n, M, 2) px, detected minus
+    projected, NaN where not seen; scales (n,), px per coordinate, for the loss; cost:
+    the loss, px^2; normal (P, P): normal matrix after elimination of the poses."""
 
     values: np.ndarray
     T_camera_grid: np.ndarray
@@ -308,15 +309,15 @@ class AdjustedLens(NamedTuple):
 
 
 def stacked(corners, copies=None):
-    """StackedBoards of (pixels, points) pairs, (N, 2) each; copies: as `near_copies`
-    numbers them, None for boards none of which is one."""
+    """StackedBoards of (pixels, points) pairs, (N, 2) each; copies: groups as numbered
+    by `near_copies`, None without near copies."""
     most = max(len(pixels) for pixels, _ in corners)
     found = np.zeros((len(corners), most, 2))
     points, seen = np.zeros((len(corners), most, 3)), np.zeros(found.shape[:2], bool)
     for k, (pixels, flat) in enumerate(corners):
         found[k, : len(pixels)], points[k, : len(pixels), :2] = pixels, flat
         seen[k, : len(pixels)] = True
-        # What is not seen must be somewhere; it counts for nothing.
+        # Unseen corners need a finite position; their weight is zero.
         points[k, len(pixels) :, :2] = flat[0]
     ends = points[seen].min(axis=0)[:2], points[seen].max(axis=0)[:2]
     outline = np.array([(ends[1] + ends[0]) / 2, (ends[1] - ends[0]) / 2])
@@ -327,8 +328,8 @@ def stacked(corners, copies=None):
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
     """AdjustedLens: parameters and poses, from a start at which all points are imaged.
 
-    loss: "cauchy" or "tukey"; scales: (n,) px, of the loss, None for those of the
-    residuals, which are taken anew until they rest.
+    loss: "cauchy" or "tukey"; scales: (n,) px, of the loss; None for those of the
+    residuals, which are updated until they converge.
     """
     values, T = np.array(values, float), np.array(T_camera_grid, float)
     residuals = _residuals(formula, values, T, boards)
@@ -346,7 +347,7 @@ def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
 
 def posed_residuals(formula, values, T_camera_grid, boards):
     """Residuals (n, M, 2) px at the poses with the smallest loss for given parameters,
-    begun from T_camera_grid."""
+    starting from T_camera_grid."""
     T = np.array(T_camera_grid, float)
     residuals = _residuals(formula, values, T, boards)
     scales = scales_of(residuals)
@@ -373,8 +374,8 @@ def posed_residuals(formula, values, T_camera_grid, boards):
 
 
 def scales_of(residuals):
-    """Standard deviations (n,) px of a coordinate, for each board, from the median
-    distances (robust)."""
+    """Standard deviation (n,) px of a coordinate for each board, from the median
+    distance (robust)."""
     distances = np.linalg.norm(residuals, axis=-1)
     whole = max(np.nanmedian(distances) / RAYLEIGH_MEDIAN, MIN_SCALE_PX)
     own = np.nanmedian(distances, axis=1) / RAYLEIGH_MEDIAN
@@ -382,7 +383,7 @@ def scales_of(residuals):
 
 
 def distance_loss(squares, scales, loss):
-    """(loss, weight) of squared distances (n, M) px^2: the loss is ~ squares near 0,
+    """(loss, weight) of squared distances (n, M) px^2: the loss is quadratic near 0,
     the weight its derivative."""
     squares_of = scales[:, None] ** 2
     if loss == "cauchy":
@@ -394,9 +395,9 @@ def distance_loss(squares, scales, loss):
 
 
 def tukey_pull(squares, scales):
-    """(weight, slope), (n, M) each, of Tukey's loss at squared distances px^2: a corner
-    is pulled by weight times distance, and slope is how that grows with the distance,
-    the mean of both coordinates; 0 where a corner counts as wrong."""
+    """(weight, slope), (n, M) each, of Tukey's loss at squared distances px^2: the
+    gradient is weight times distance, and slope its derivative with the distance, mean
+    of both coordinates; 0 for outliers."""
     left = np.maximum(1 - squares / (OUTLIER_SCALES * scales[:, None]) ** 2, 0.0)
     return left**2, left * (3 * left - 2)
 
@@ -412,7 +413,7 @@ def _minimised(formula, values, T, boards, loss, scales):
         new = _residuals(formula, new_values, new_T, boards)
         new_cost = _costs(new, boards, loss, scales).sum()
         if new_cost < cost:
-            # A small step by a strong damping is no rest.
+            # A small step under strong damping does not mean convergence.
             at_rest = cost - new_cost < COST_TOL * cost and damping < CONVERGED_DAMPING
             values, T, residuals, cost = new_values, new_T, new, new_cost
             damping = max(damping / 30, MIN_DAMPING)
@@ -435,7 +436,7 @@ def _residuals(formula, values, T, boards):
 
 
 def _costs(residuals, boards, loss, scales):
-    """Loss (n,) of each board; infinite where the formula does not reach a point."""
+    """Loss (n,) of each board; infinite where the model does not image a point."""
     squares = np.where(boards.seen, np.sum(residuals**2, axis=2), 0.0)
     return np.sum(
         np.where(np.isnan(squares), np.inf, distance_loss(squares, scales, loss)[0]),
@@ -444,10 +445,10 @@ def _costs(residuals, boards, loss, scales):
 
 
 def told_by_boards(formula, values, T_camera_grid, boards, scales):
-    """What each board, its pose free, tells of the parameters: normal (n, P, P) and
-    gradient (n, P), of the loss in the end."""
+    """Information of each board, with a free pose, on the parameters: normal (n, P, P)
+    and gradient (n, P) of the final loss."""
     A, B, b = _rows(formula, values, T_camera_grid, boards, "tukey", scales)
-    # An orthonormal basis of what the pose does; tiny rows lose no digits by it.
+    # An orthonormal basis of the pose directions keeps the digits of small rows.
     basis, _ = np.linalg.qr(A)
     B = B - basis @ (np.swapaxes(basis, 1, 2) @ B)
     Bt = np.swapaxes(B, 1, 2)
@@ -455,7 +456,7 @@ def told_by_boards(formula, values, T_camera_grid, boards, scales):
 
 
 def _system(formula, values, T, boards, loss, scales):
-    """Normal blocks of formula, boards and both, and their gradients."""
+    """Normal blocks of model, boards and both, and their gradients."""
     A, B, b = _rows(formula, values, T, boards, loss, scales)
     At = np.swapaxes(A, 1, 2)
     flat = B.reshape(-1, B.shape[2])
@@ -463,8 +464,8 @@ def _system(formula, values, T, boards, loss, scales):
 
 
 def _rows(formula, values, T, boards, loss, scales):
-    """Weighted: how pixels move with poses (n, 2M, 6) and parameters (n, 2M, P), and
-    how far they are off (n, 2M, 1)."""
+    """Weighted changes of pixels with poses (n, 2M, 6) and parameters (n, 2M, P), and
+    weighted residuals (n, 2M, 1)."""
     n, count = boards.seen.shape
     turned = rotate(T, boards.placed(formula, values))
     points = turned + T[:, None, :3, 3]
@@ -490,7 +491,7 @@ def _rows(formula, values, T, boards, loss, scales):
 
 
 def _by_shape(formula, values, T, boards):
-    """How points move, in the camera's frame, with the board's shape (n, M, 3, S)."""
+    """Change of points, in the camera frame, with the board's shape (n, M, 3, S)."""
     shape = boards.shape(formula, values)
     _, by_values = shaped(boards.points[..., :2], shape)
     of_shape = [TERMS.index(name) for name in formula.board]
@@ -506,8 +507,8 @@ def _step(system, damping):
 
 
 def _reduced(system, damping):
-    """The formula's damped normal matrix and gradient without the poses, what the poses
-    (n, 6) follow from, and the sizes by which both are scaled: the diagonal's roots."""
+    """Damped normal matrix and gradient of the model without the poses, the terms from
+    which the poses (n, 6) follow, and the scales of both: the diagonal's roots."""
     values, poses, both, values_gradient, poses_gradient = system
     size = np.sqrt(np.maximum(np.diag(values), 1e-300))
     sizes = np.sqrt(np.maximum(np.diagonal(poses, axis1=1, axis2=2), 1e-300))

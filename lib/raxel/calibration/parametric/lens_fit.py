@@ -1,9 +1,9 @@
-"""A lens formula from nothing to a fit: a start, its terms, what they leave.
+"""Fit of a lens model without initial values: start, selection of terms, covariance.
 
-The start knows no lens: poses of all boards from the azimuths of their corners
-(`raxel.calibration.parametric.lens_fit`). From there an adjustment of formula
-and poses together (`raxel.calibration.parametric.lens_bundle`) goes from few terms to
-all of them, and back to those that the corners ask for (Schwarz's criterion).
+The start uses no lens model: poses of all boards follow from the azimuths of their
+corners. The adjustment of model and poses (`raxel.calibration.parametric.lens_bundle`)
+then proceeds from few terms to all, and back to those that the data support (Schwarz's
+criterion).
 
 Source: G. Schwarz 1978, doi:10.1214/aos/1176344136.
 """
@@ -27,42 +27,39 @@ from raxel.calibration.parametric.lens_bundle import (
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose
 
-# Covariance of what photographs tell together, if corners of one do not err alone.
-# Corners of one photograph err alike where its light, its blur, its motion or what a
-# lens formula leaves undone moves neighbours together. Then there are fewer
-# independent corners than corners, and a covariance that counts each for itself is
-# too small. How far photographs disagree tells by how much: photograph i, its pose
-# free, asks for a step by its gradient g_i, and g_i g_i' stands for what its corners
-# do, whatever moves them together. As the fit has followed them, a share a_i = N^-1/2
-# N_i N^-1/2 of it is lost, and is given back by (I - a_i)^-1/2. A dozen photographs
-# tell one factor for all parameters well, and one for each badly. What each parameter
-# shows is therefore mixed with what all show, by as much as chance moves what each
-# shows. Corners do not err less than alone: the common factor is 1 or more, and what
-# is less than alone in some direction, which is chance, is raised to it. No
-# parameter, nor any combination of them, is then stated as surer than if each corner
-# erred for itself. What is beyond that is told by as many numbers as there are
-# photographs, less one: errors over it have Student's distribution, which is wider
-# than the Gaussian one, and the variance stated is that of these errors. Of 150 drawn
-# sets each of 6, 8, 14 and 30 boards before two lenses, whose corners err alone or
-# together, errors of focal lengths are 0.87 to 1.04 times what is stated (RMS).
+# Covariance from the scatter between images (cluster-robust), for corners of one image
+# with correlated errors. Light, blur, motion or a misfit of the lens model shift
+# neighbouring corners together. There are fewer independent corners than corners, and a
+# covariance that treats them as independent is too small. The disagreement between
+# images shows by how much: image i, with a free pose, requests a step by its gradient
+# g_i, and g_i g_i' measures the effect of its corners, whatever correlates them. The
+# fit has followed them, so a share a_i = N^-1/2 N_i N^-1/2 is lost, and (I - a_i)^-1/2
+# restores it. A dozen images determine one common factor well, and one factor for each
+# parameter badly. The estimate of each parameter is therefore shrunk towards the common
+# one, by as much as it fluctuates. Errors are at least those of independent corners:
+# the common factor is 1 or more, and smaller values in some direction, which are
+# fluctuations, are raised to it. So no parameter or combination of parameters has a
+# smaller standard deviation than with independent corners. The excess is estimated with
+# the number of images minus one degrees of freedom: normalised errors have Student's
+# distribution, and the reported variance is that of such errors. In 150 simulated sets
+# each of 6, 8, 14 and 30 boards with two lenses, with independent and correlated
+# corners, errors of focal lengths are 0.87 to 1.04 times the reported value (RMS).
 # Sources: K.-Y. Liang and S. L. Zeger 1986, doi:10.1093/biomet/73.1.13; A. C. Cameron
 # and D. L. Miller 2015, doi:10.3368/jhr.50.2.317, with the correction of Bell and
-# McCaffrey; the mixture, O. Ledoit and M. Wolf 2004,
-# doi:10.1016/S0047-259X(03)00096-4.
+# McCaffrey; shrinkage, O. Ledoit and M. Wolf 2004, doi:10.1016/S0047-259X(03)00096-4.
 
 
-MIN_EIGENVALUE_RATIO = (
-    1e-15  # of the largest eigenvalue: directions that nothing determines
-)
-MAX_IMAGE_SHARE = 0.95  # share of a direction that one photograph may tell by itself
-MIN_DEGREES_OF_FREEDOM = 3  # degrees of freedom: of fewer a variance is not finite
+# Smallest over largest eigenvalue: below, a direction is undetermined.
+MIN_EIGENVALUE_RATIO = 1e-15
+MAX_IMAGE_SHARE = 0.95  # information of one image on a direction, over that of all
+MIN_DEGREES_OF_FREEDOM = 3  # with fewer, Student's variance is infinite
 
 
 class ClusteredCovariance(NamedTuple):
-    """covariance (P, P), of errors; alone (P, P), if each corner erred for itself;
-    estimated (P, P): as photographs tell it, without what is added for their being few,
-    for tests whose distribution has that in it; factor, of standard deviations: by how
-    much all together are larger than alone."""
+    """covariance (P, P), of errors; alone (P, P), for independent corners; estimated
+    (P, P): from the scatter between images, without the factor for their small number,
+    for tests whose distribution includes it; factor of standard deviations: common
+    ratio to those of independent corners."""
 
     covariance: np.ndarray
     alone: np.ndarray
@@ -73,8 +70,8 @@ class ClusteredCovariance(NamedTuple):
 def clustered_covariance(normal, gradient, variance):
     """ClusteredCovariance of parameters at a minimum.
 
-    normal (n, P, P) and gradient (n, P): of each photograph, its pose eliminated, of
-    the sum of squares; variance: of a coordinate, in the same squares.
+    normal (n, P, P) and gradient (n, P) of each image's sum of squares, its pose
+    eliminated; variance: of a coordinate, in the same squares.
     """
     count = len(normal)
     root, scale = _inverse_root(normal.sum(axis=0))
@@ -94,11 +91,11 @@ def clustered_covariance(normal, gradient, variance):
 
 
 def _mixed(steps):
-    """Covariance (K, K) of the sum of steps (n, K), whose own is 1 or more each way."""
+    """Covariance (K, K) of the sum of steps (n, K), at least 1 in each direction."""
     each, identity = steps.T @ steps, np.eye(steps.shape[1])
     common = np.trace(each) / len(identity)
     apart = np.sum((each - common * identity) ** 2)
-    # By as much each would differ from the common one if it were that.
+    # Expected deviation from the common value by fluctuation alone.
     squares = np.sum(steps**2, axis=1)
     chance = np.sum(squares**2) - np.sum(each**2) / len(steps)
     share = min(chance / max(apart, np.finfo(float).tiny), 1.0)
@@ -116,32 +113,30 @@ def _inverse_root(normal):
     return axes[:, told] / np.sqrt(size[told]), scale
 
 
-# A start for any lens with an axis: poses of boards without a lens formula. Whatever
-# a lens does along the radius, it leaves the azimuth alone: seen from the point c
-# where the axis meets the image, a corner (u, v) lies in the direction of its board
-# point's offset (x, y) across the axis, (u - c_u) y = (v - c_v) x, x = h1 . (X, Y,
-# 1), y = h2 . (X, Y, 1). For each board that is linear in h1, h2: its pose but for
-# the depth. It holds for angles beyond 90 degrees, for mirrors, and where the
-# entrance pupil moves along the axis. The depths, and which of the two mirrored tilts
-# is the right one, follow with the first guess of a law: r = F theta of fisheyes, or
-# r = F tan theta of lenses that keep lines straight. F is searched for, and so is c.
-# A law that bends the other way than the lens takes tilts for their mirror images,
-# from which no fit comes back: both are tried. Source of the constraint: R. Y. Tsai,
-# IEEE J. Robotics and Automation 3(4), 1987, doi:10.1109/JRA.1987.1087109.
+# Start for any lens with an axis: poses of boards without a lens model. The radial law
+# of a lens does not change the azimuth. Seen from the point c where the axis meets the
+# image, a corner (u, v) has the direction of its board point's offset (x, y) across the
+# axis, (u - c_u) y = (v - c_v) x, x = h1 . (X, Y, 1), y = h2 . (X, Y, 1). This is
+# linear in h1, h2 for each board, and gives its pose except the depth. It holds for
+# angles beyond 90 degrees, for mirrors, and for an entrance-pupil shift along the axis.
+# The depths, and the choice between the two mirrored tilts, follow with an initial law:
+# r = F theta for fisheyes, or r = F tan theta for perspective lenses. F and c are found
+# by search. A law with the opposite curvature selects the mirrored tilts, from which no
+# fit converges to the right solution: both laws are tried. Source of the constraint: R.
+# Y. Tsai, IEEE J. Robotics and Automation 3(4), 1987, doi:10.1109/JRA.1987.1087109.
 
 
-N_TRIAL_CENTRES = 21  # tried each way, over the middle of the image
-CENTRE_SPREAD = 0.6  # of the image's sides, in which they lie
-N_REWEIGHTINGS = 5  # of reweighting against wrong corners
-MIN_EDGE_ANGLE_RAD, N_FOCAL_LENGTHS = (
-    0.08,
-    25,
-)  # radians at the rim, and how many up to the widest
+N_TRIAL_CENTRES = 21  # per axis, over the middle of the image
+CENTRE_SPREAD = 0.6  # extent of the trial centres, over the image's sides
+N_REWEIGHTINGS = 5  # against outliers
+# Smallest angle at the image edge, and number of trial angles up to the widest.
+MIN_EDGE_ANGLE_RAD, N_FOCAL_LENGTHS = 0.08, 25
 
 
 class StartLaw(NamedTuple):
-    """angle: r / F -> theta; radius: back; turned: how much r / F moves with theta;
-    widest: radians at the rim; k1: of r = F theta (1 + k1 theta^2), near the axis."""
+    """angle: r / F -> theta; radius: inverse; turned: derivative of r / F by theta;
+    widest: rad at the image edge; k1: of r = F theta (1 + k1 theta^2), near the
+    axis."""
 
     angle: Callable
     radius: Callable
@@ -157,8 +152,8 @@ LAWS = (
 
 
 class AlignedStart(NamedTuple):
-    """centre (2,) px, where the axis meets the image; focal_px and k1, of
-    r = F theta (1 + k1 theta^2); T_camera_grid (n, 4, 4)."""
+    """centre (2,) px, intersection of axis and image; focal_px and k1, of r = F theta
+    (1 + k1 theta^2); T_camera_grid (n, 4, 4)."""
 
     centre: np.ndarray
     focal_px: float
@@ -167,8 +162,8 @@ class AlignedStart(NamedTuple):
 
 
 def aligned_starts(pixels, points, seen, width, height):
-    """AlignedStarts to choose from, of either law, about the image's middle and about
-    the centre that fits best.
+    """AlignedStarts to choose from, of either law, about the image centre and about the
+    best-fitting centre.
 
     pixels: (n, M, 2), points: (n, M, 2) on n boards; seen: (n, M) bool.
     """
@@ -181,7 +176,7 @@ def aligned_starts(pixels, points, seen, width, height):
 
 
 def _best_centre(pixels, points, seen, width, height):
-    """The centre about which boards align best: a search over a grid, then a finer."""
+    """Centre with the best alignment of boards: a coarse and a fine grid search."""
     middle = (np.array([width, height]) - 1) / 2
     size = np.array([width, height], float)
     moments = _moments(pixels - middle, *_normalised(points, seen), seen, size.max())
@@ -236,8 +231,8 @@ def _started(law, pixels, points, seen, centre):
 
 
 def _normalised(points, seen):
-    """(X, Y, 1) (n, M, 3) about each board's middle, in units of its size, and the
-    matrices (n, 3, 3) that make them of points."""
+    """(X, Y, 1) (n, M, 3) about each board's centre, in units of its size, and the
+    matrices (n, 3, 3) of this normalisation."""
     count = seen.sum(axis=1)[:, None]
     inside = np.where(seen[..., None], points, 0.0)
     middle = inside.sum(axis=1) / count
@@ -252,7 +247,7 @@ def _normalised(points, seen):
 
 
 def _aligned(offsets, points, seen):
-    """h1, h2 (n, 3) of every board, reweighted by the distances across the radius."""
+    """h1, h2 (n, 3) of every board, reweighted by the tangential distances."""
     flat, matrix = _normalised(points, seen)
     weights = seen.astype(float)
     for _ in range(N_REWEIGHTINGS):
@@ -271,7 +266,7 @@ def _aligned(offsets, points, seen):
 
 
 def _two_tilts(h1, h2):
-    """Rotations (2, n, 3, 3), tilted one way and the other, and shifts (n, 2).
+    """Rotations (2, n, 3, 3) with both tilts, and shifts (n, 2).
 
     The third components w of the rotation's first columns complete them to unit length:
     with M = [h1; h2] over the columns, M^T M = s^2 (I - w w^T).
@@ -294,8 +289,8 @@ def _depths(law, rotations, shifts, points, seen, radius, focal_px):
     across = np.einsum("nij,nmj->nmi", rotations[0, :, :2, :2], points)
     rho = np.linalg.norm(across + shifts[:, None], axis=2)
     tilted = np.einsum("knj,nmj->knm", rotations[:, :, 2, :2], points)
-    gap = rho / np.tan(theta) - tilted  # the depth that each point asks for
-    # How much r / F moves with the depth.
+    gap = rho / np.tan(theta) - tilted  # depth estimated from each point
+    # Derivative of r / F with the depth.
     turn = np.where(seen, np.sin(theta) ** 2 / np.maximum(rho, 1e-12), 0.0)
     turn = turn * law.turned(radius / focal_px)
     weights = np.broadcast_to(turn**2, gap.shape)
@@ -304,7 +299,7 @@ def _depths(law, rotations, shifts, points, seen, radius, focal_px):
         miss = focal_px * turn * (gap - depth[..., None])
         scale = 1.4826 * np.median(np.abs(miss[:, seen])) + 1e-12
         weights = turn**2 / (1 + (miss / (3 * scale)) ** 2)
-    # Beyond a tenth of the image's radius all misses are alike.
+    # Residuals beyond a tenth of the image's radius have equal cost.
     limit = (radius.max() / 10) ** 2
     cost = np.sum(np.where(seen, miss**2 / (1 + miss**2 / limit), 0.0), axis=2)
     tilt = np.argmin(cost, axis=0)
@@ -312,27 +307,27 @@ def _depths(law, rotations, shifts, points, seen, radius, focal_px):
     return tilt, depth[tilt, rows], cost[tilt, rows]
 
 
-MAX_N_RADIAL_TERMS, MAX_N_DECENTRING_TERMS, MAX_N_PUPIL_TERMS = 4, 4, 3  # terms at most
-MIN_N_PARAMETERS = N_FRAME_PARAMETERS + 1  # the frame's, and a radial one
+MAX_N_RADIAL_TERMS, MAX_N_DECENTRING_TERMS, MAX_N_PUPIL_TERMS = 4, 4, 3
+MIN_N_PARAMETERS = N_FRAME_PARAMETERS + 1  # with one radial term
 START_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
-N_FOLDS = 5  # of the boards, kept out in turn
-# A loss's curvature over its weights: 0.89 of Gaussian scatter. Tails that are so much
-# longer tell no curvature.
+N_FOLDS = 5  # of the boards, for cross-validation
+# Curvature of a loss over its weights: 0.89 for Gaussian residuals. Heavier tails do
+# not determine the curvature.
 MIN_CURVATURE_RATIO = 0.5
-MIN_RESIDUAL_PX = 1e-6  # residuals below it are as good as none
-FIT_CACHE_SIZE = 8  # sets of boards whose fits are remembered
+MIN_RESIDUAL_PX = 1e-6  # smaller residuals count as exact
+FIT_CACHE_SIZE = 8  # sets of boards whose fits are cached
 
 
 class FormulaFit(NamedTuple):
-    """A formula, and its adjustment to boards."""
+    """A lens model, and its adjustment to boards."""
 
     formula: LensFormula
     result: AdjustedLens
 
 
 class GivenBoards:
-    """What a lens is fitted to. Equal where the numbers are: a comparison asks for
-    both formulas, and for smooth rays on them, from the same parts of the boards."""
+    """Input of a lens fit. Equal for equal numbers: a comparison requests several
+    models, and B-spline ray fields based on them, for the same parts of the boards."""
 
     def __init__(self, boards, width, height):
         self.boards, self.width, self.height = boards, width, height
@@ -348,7 +343,7 @@ class GivenBoards:
 
 @lru_cache(maxsize=FIT_CACHE_SIZE)
 def start_of(given):
-    """The best fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    """Best fit of r = F theta (1 + k1 theta^2) over all starts."""
     boards, width, height = given.boards, given.width, given.height
     fits = []
     for start in aligned_starts(
@@ -364,23 +359,23 @@ def start_of(given):
     sound = [fit for fit in fits if np.isfinite(fit.result.cost)]
     if not sound:
         raise CalibrationError(
-            "lens formula: no start leads to poses of the boards; are the corners in"
-            " the order of their rows?",
+            "lens formula: no start leads to poses of the boards; check that corners "
+            "are in row order",
             code="no-start",
         )
     return min(sound, key=lambda fit: np.median(fit.result.scales))
 
 
 def fitted_law(law, start, boards, pupil, board=()):
-    """The FormulaFit of a law, with the terms that the corners ask for; pupil: how many
-    terms at most; board: the terms of its shape."""
+    """FormulaFit of a law, with the terms that the data support; pupil: maximum number
+    of its terms; board: the terms of its shape."""
     firsts = [start] if law == "kannala-brandt" else _on_spheres(start, boards)
     widest = [_widened(first, boards, pupil, board) for first in firsts]
     widest.sort(key=lambda fit: np.median(fit.result.scales))
     scales = widest[0].result.scales
     best = _thinned(widest[0], boards, scales)
     for other in widest[1:]:
-        # With fewer terms a fit is no better, only simpler.
+        # A fit with fewer terms is not better, only simpler.
         if _criterion(other, boards, MIN_N_PARAMETERS) < _criterion(best, boards):
             other = _thinned(other, boards, scales)
             best = min(best, other, key=lambda fit: _criterion(fit, boards))
@@ -388,7 +383,7 @@ def fitted_law(law, start, boards, pupil, board=()):
 
 
 def _widened(fit, boards, pupil, board):
-    """The FormulaFit with all terms, so many of the pupil's, and the board's."""
+    """FormulaFit with all terms, `pupil` terms of the pupil, and those of the board."""
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
         (MAX_N_RADIAL_TERMS, MAX_N_DECENTRING_TERMS, pupil),
@@ -399,8 +394,8 @@ def _widened(fit, boards, pupil, board):
 
 
 def _on_spheres(start, boards):
-    """The best FormulaFit of a unified sphere with one radial term, and, where it
-    images all points, that of a perspective lens: no free xi ends on 0."""
+    """Best FormulaFit of a unified sphere with one radial term and, where it images all
+    points, that of a perspective lens: no free xi converges to 0."""
     values, poses = start.result.values, start.result.T_camera_grid
 
     def fitted(base, *xi):
@@ -415,14 +410,14 @@ def _on_spheres(start, boards):
 
 
 def refitted(fit, formula, boards, loss, scales=None):
-    """The FormulaFit of another formula, from where a fit ended."""
+    """FormulaFit of another model, starting from the result of a fit."""
     values = fit.formula.moved_to(formula, fit.result.values)
     result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
     return FormulaFit(formula, result)
 
 
 def _thinned(fit, boards, scales):
-    """The FormulaFit without the terms that do not pay, one after the other."""
+    """FormulaFit after backward elimination of the terms without a benefit."""
     fit = refitted(fit, fit.formula, boards, "tukey", scales)
     best = _criterion(fit, boards)
     while True:
@@ -437,8 +432,8 @@ def _thinned(fit, boards, scales):
 
 
 def _narrower(formula):
-    """The formulas with a step fewer terms of one sort; a pupil that moves stays so,
-    and a board keeps its shape."""
+    """Models with one step fewer terms of one kind; a pupil shift and the board's shape
+    stay."""
     if formula.radial > 1:
         yield formula._replace(radial=formula.radial - 1)
     if formula.decentring:
@@ -448,8 +443,8 @@ def _narrower(formula):
 
 
 def _criterion(fit, boards, terms=None):
-    """Schwarz's: what a fit's loss and its number of parameters (those of the formula,
-    where no other is given) cost together."""
+    """Schwarz's criterion from a fit's loss and its number of parameters (those of the
+    model by default)."""
     count = 2 * np.count_nonzero(boards.seen)
     cost = max(fit.result.cost, count * MIN_RESIDUAL_PX**2)
     terms = len(fit.formula.names) if terms is None else terms
@@ -457,9 +452,9 @@ def _criterion(fit, boards, terms=None):
 
 
 def kept_out_squares(fit, boards):
-    """Mean squared distance (n,) px^2 on each board, kept out of fits with the same
-    terms, and its near copies with it; a corner counts as at most OUTLIER_SCALES scales of its
-    board off. NaN where fewer than two others are left."""
+    """Mean squared distance (n,) px^2 on each board, held out with its near copies from
+    fits with the same terms. A corner counts as at most OUTLIER_SCALES scales of its
+    board. NaN where fewer than two other boards are left."""
     n, scales = len(boards.seen), fit.result.scales
     poses, squares = fit.result.T_camera_grid, np.full(n, np.nan)
     groups = boards.groups
@@ -481,12 +476,12 @@ def kept_out_squares(fit, boards):
 
 
 def covariance_of(fit, boards):
-    """ClusteredCovariance of the parameters, from what the residuals leave. Near copies
-    count together, as corners of one photograph do.
+    """ClusteredCovariance of the parameters, from the residuals. Near copies count
+    together, as corners of one image do.
 
-    A corner far off pulls less than its distance says, and less the farther it is: so
-    the loss is less curved than its weights are (P. J. Huber and E. M. Ronchetti 2009,
-    section 7.6, doi:10.1002/9780470434697).
+    The weight of an outlier decreases with its distance, so the loss has a smaller
+    curvature than its weights (P. J. Huber and E. M. Ronchetti 2009, section 7.6,
+    doi:10.1002/9780470434697).
     """
     found = fit.result
     squares = np.sum(found.residuals**2, axis=2)
@@ -506,6 +501,6 @@ def covariance_of(fit, boards):
 
 
 def free_of(fit, boards):
-    """Coordinates less parameters."""
+    """Number of coordinates minus number of parameters."""
     count = 2 * np.count_nonzero(boards.seen)
     return max(count - len(fit.formula.names) - 6 * len(boards.seen), 1)

@@ -1,8 +1,7 @@
-"""A lens formula fitted to boards or dense grids, without a guess.
+"""Fit of a parametric lens model to boards or dense grids, without initial values.
 
-From nothing to a fit: `raxel.calibration.parametric.lens_fit`. Whether the entrance
-pupil moves: `raxel.calibration.parametric.lens_formula`; whether the board is flat:
-`raxel.calibration.parametric.lens_formula`.
+The fit itself is in `raxel.calibration.parametric.lens_fit`. Here are the tests for an
+entrance-pupil shift and for a board that is not flat.
 
 Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilidis 2000,
 doi:10.1007/3-540-45053-X_29.
@@ -50,30 +49,27 @@ from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import transform
 
-# Is the board flat, and as long one way as the other, as it is said to be? A camera
-# takes in most of a board's shape, and its rays are off by several times what the
-# residuals show. So the shape is fitted with the camera: two bends and a twist, and
-# how much longer x is against y. It is used where two tests ask for it. One holds
-# what was found against its covariance, for corners that err together within a
-# photograph; the other asks whether boards that are kept out are predicted better,
-# beyond what the gain scatters by from board to board. With few photographs nothing
-# is asked, since a bend of the board and one of the lens are then the same. That x is
-# longer is told by boards turned about the line of sight, or tilted: with all boards
-# upright the camera's pixels may as well be oblong. Its standard deviation says so by
-# itself. Sources of the idea that the board is to be fitted, too: J.-M. Lavest, M.
-# Viala and M. Dhome 1998, doi:10.1007/BFb0055665; K. H. Strobl and G. Hirzinger 2011,
+# Test of the board's shape: flatness and aspect ratio. A camera absorbs most of a
+# board's shape, and the errors of its rays are several times the residuals. The shape
+# is therefore fitted with the camera: two bends, a twist, and the stretch of x against
+# y. Two tests must support it. One compares the values with their covariance, for
+# correlated corners of an image. The other requires a better prediction of held-out
+# boards, beyond the scatter of the gain between boards. With few images there is no
+# test, since bending of the board and lens distortion are then indistinguishable. The
+# stretch requires boards that are rotated about the line of sight, or tilted: with
+# upright boards only, non-square pixels have the same effect, and its standard
+# deviation is large. Sources: J.-M. Lavest, M. Viala and M. Dhome 1998,
+# doi:10.1007/BFb0055665; K. H. Strobl and G. Hirzinger 2011,
 # doi:10.1109/ICCVW.2011.6130369.
 
 
 STRETCH = TERMS[len(BENDS) :]
-MIN_N_SHAPE_IMAGES = (
-    6  # photographs: a degree of freedom for each of four terms, and two
-)
-BOARD_P_THRESHOLD = (
-    1e-3  # of the test that takes corners of a photograph to err together
-)
-MIN_GAIN_SIGMAS = 2.0  # standard errors of the gain on boards kept out
-MIN_BOARD_GAIN_PX = 1e-3  # a smaller one is a formula's that is nearly the lens's
+# One degree of freedom for each of four terms, and two more.
+MIN_N_SHAPE_IMAGES = 6
+# Of the test for correlated corners of an image.
+BOARD_P_THRESHOLD = 1e-3
+MIN_GAIN_SIGMAS = 2.0  # gain on held-out boards, in standard errors
+MIN_BOARD_GAIN_PX = 1e-3  # smaller gains come from a nearly correct lens model
 
 
 class BoardTest(NamedTuple):
@@ -113,10 +109,10 @@ class BoardTest(NamedTuple):
 
 
 def board_test(fit, boards, before=None):
-    """BoardTest of a FormulaFit; None for too few photographs.
+    """BoardTest of a FormulaFit; None for too few images.
 
-    What the fit has of the shape stays; of the rest is asked whether it is to be used.
-    before: the BoardTest that led to this fit, None for one of flat boards.
+    Fitted shape values stay; the others are tested. before: the BoardTest that led to
+    this fit, None for one of flat boards.
     """
     count = boards.groups.max() + 1
     if count < MIN_N_SHAPE_IMAGES:
@@ -153,8 +149,8 @@ def board_test(fit, boards, before=None):
 
 
 def _found_shape(fit, boards):
-    """The BoardShape of a fit, the covariance (4, 4) of its values and the same as it
-    is estimated; those that the fit has none of come from another, in which all are
+    """BoardShape of a fit, the covariance (4, 4) of its values, and the estimate of it
+    from the scatter. Values that the fit lacks come from a second fit, in which all are
     free."""
     free = _shaped_board(fit, TERMS, boards)
     own = slice(-len(TERMS), None)
@@ -171,7 +167,7 @@ def _found_shape(fit, boards):
 
 
 def _covariances(fit, boards):
-    """(2, P, P): of errors, and as it is estimated."""
+    """(2, P, P): of errors, and as estimated from the scatter."""
     found = covariance_of(fit, boards)
     return np.array([found.covariance, found.estimated])
 
@@ -182,36 +178,33 @@ def _shaped_board(fit, names, boards):
 
 
 def _wald(values, covariance, photographs):
-    """p-value of values (k,) being 0; photographs: what the covariance was told by."""
+    """p-value of values (k,) being 0; photographs: number of images behind the
+    covariance."""
     from scipy.stats import f as fisher
 
     ratio = values @ np.linalg.solve(covariance, values) / len(values)
     return float(fisher.sf(ratio, len(values), photographs - 1))
 
 
-# Is a lens central, or does its entrance pupil move along the axis? A pupil that
-# moves bends the image in the angle alone, as any radial term does, and more for near
-# points than for far ones, as none does. A law that lacks a lens's bend takes a
-# moving pupil for it. So it is asked beside a law that has as many radial terms more
-# as the pupil has of its own, of a likelihood-ratio test, which takes every corner to
-# err for itself; and where that says yes, of boards that are kept out. There the gain
-# must be larger than boards scatter: its sign could as well have been the other one
-# on each of them, and only in few of all such draws is their sum so large. Where two
-# laws are asked and say otherwise, that one counts which predicts kept-out boards
-# better; the other is undecided. Sources: the moving pupil, Gennery 2006,
-# doi:10.1007/s11263-006-5168-1; signs exchanged, Fisher, The Design of Experiments,
-# 1935, section 21.
+# Test for an entrance-pupil shift along the axis. A shift bends the image as a function
+# of the angle, as any radial term does, but more for near points than for far ones, as
+# no radial term does. A law with too few radial terms absorbs its error in a shift. The
+# comparison is therefore with a central law that has as many additional radial terms as
+# the pupil has terms. It uses a likelihood-ratio test, which assumes independent
+# corners, and, if that is significant, held-out boards. There the gain must exceed its
+# scatter between boards, in a sign-exchange (randomisation) test. If two laws disagree,
+# the one with the better prediction of held-out boards counts; the other is undecided.
+# Sources: entrance-pupil shift, Gennery 2006, doi:10.1007/s11263-006-5168-1; exchanged
+# signs, Fisher, The Design of Experiments, 1935, section 21.
 
 
-PUPIL_P_THRESHOLD = 1e-3  # of the ratio test
-MIN_RESIDUAL_PX = 1e-3  # residuals below it tell nothing of a pupil
-GAIN_P_THRESHOLD = (
-    0.02  # of a gain on kept-out boards: six of six boards are enough, five not
-)
-MIN_PUPIL_GAIN_PX = 0.01  # no corner is known better
-MAX_N_SIGN_EXCHANGES = (
-    14  # boards, or sums of some, whose signs are exchanged: 2^14 draws
-)
+PUPIL_P_THRESHOLD = 1e-3  # of the likelihood-ratio test
+MIN_RESIDUAL_PX = 1e-3  # smaller residuals contain no information on a pupil shift
+# Of a gain on held-out boards: six of six boards suffice, five do not.
+GAIN_P_THRESHOLD = 0.02
+MIN_PUPIL_GAIN_PX = 0.01  # highest accuracy of a corner
+# Boards, or sums of boards, with exchanged signs: 2^14 combinations.
+MAX_N_SIGN_EXCHANGES = 14
 MOVES, RESTS, UNDECIDED = "moves", "rests", "undecided"
 
 
@@ -254,8 +247,8 @@ class PupilTest(NamedTuple):
 
 
 class AskedLaw(NamedTuple):
-    """A law, its FormulaFits with a pupil that rests (bent: with more radial terms),
-    and the PupilTest that asks whether it does."""
+    """A law, its FormulaFits with a fixed pupil (bent: with more radial terms), and its
+    PupilTest."""
 
     law: str
     central: FormulaFit
@@ -264,7 +257,7 @@ class AskedLaw(NamedTuple):
 
 
 def pupil_test(law, central, boards):
-    """AskedLaw of a law's FormulaFit with a pupil that rests."""
+    """AskedLaw of a law's FormulaFit with a fixed pupil."""
 
     def again(fit, **terms):
         formula = fit.formula._replace(**terms)
@@ -288,7 +281,7 @@ def pupil_test(law, central, boards):
 
 
 def agreed(own, other, boards):
-    """The PupilTest of one AskedLaw beside that of another law."""
+    """PupilTest of one AskedLaw in view of that of another law."""
     if own.test.verdict == other.test.verdict:
         return own.test
     if _error_px(own, boards) <= _error_px(other, boards):
@@ -308,8 +301,8 @@ def _said(central_px, moving_px, chance):
 
 
 def _ratio_test(central, moving, boards):
-    """p-value of the F test: the same formula and loss, with and without a pupil that
-    moves."""
+    """p-value of the F test: the same model and loss, with and without a pupil
+    shift."""
     from scipy.stats import f as fisher
 
     free, q = free_of(moving, boards), moving.formula.pupil
@@ -320,7 +313,8 @@ def _ratio_test(central, moving, boards):
 
 
 def _best(fits, boards):
-    """The fit that predicts kept-out boards best, and its mean squares (n,) px^2."""
+    """Fit with the best prediction of held-out boards, and its mean squares (n,)
+    px^2."""
     tried = [(fit, kept_out_squares(fit, boards)) for fit in fits]
     return min(tried, key=lambda each: _rms(each[1], boards))
 
@@ -334,7 +328,7 @@ def _rms(squares, boards):
 
 
 def _chance(gain):
-    """How often the sum of gains (n,), each of either sign, is as large as theirs."""
+    """Fraction of sign combinations of gains (n,) with a sum as large as theirs."""
     if len(gain) > MAX_N_SIGN_EXCHANGES:
         gain = np.bincount(np.arange(len(gain)) % MAX_N_SIGN_EXCHANGES, gain)
     signs = 1.0 - 2 * (np.arange(2 ** len(gain))[:, None] >> np.arange(len(gain)) & 1)
@@ -342,7 +336,7 @@ def _chance(gain):
 
 
 def _error_px(asked, boards):
-    """RMS distance on kept-out boards by what predicts them best."""
+    """RMS distance on held-out boards of the best prediction."""
     test = asked.test
     if np.isfinite(test.central_px):
         return min(test.central_px, test.moving_px)
@@ -350,7 +344,7 @@ def _error_px(asked, boards):
 
 
 def pupil_shift(fit, boards):
-    """How far the pupil moves over the angles that are seen, and its deviation."""
+    """Shift of the pupil over the observed angles, and its standard deviation."""
     points = transform(fit.result.T_camera_grid, boards.points)[boards.seen]
     theta = np.arctan2(np.hypot(*points[:, :2].T), points[:, 2]).max()
     a = fit.formula.parts(fit.result.values)[3]
@@ -363,11 +357,11 @@ def pupil_shift(fit, boards):
 
 
 LAWS = ("kannala-brandt", "unified")
-MAX_FOCAL_LENGTH_SD = 0.2  # of a focal length, as its standard deviation
+MAX_FOCAL_LENGTH_SD = 0.2  # standard deviation over focal length
 
 
 class WrongCorner(NamedTuple):
-    """Describe a rejected corner, which counts for nothing.
+    """Describe a rejected corner, which has zero weight.
 
     Attributes
     ----------
@@ -473,11 +467,11 @@ def calibrate_lens(
         If no start leads to a camera, or the views do not determine it.
     """
     if law not in LAWS:
-        raise ValueError(f"law: {law!r}; give one of {', '.join(LAWS)}")
+        raise ValueError(f"law: found {law!r}; give one of {', '.join(LAWS)}")
     if pupil not in ("by test", "fixed", "moving"):
-        raise ValueError(f"pupil: {pupil!r}; 'by test', 'fixed' or 'moving'")
+        raise ValueError(f"pupil: found {pupil!r}; give 'by test', 'fixed' or 'moving'")
     if board not in ("by test", "flat"):
-        raise ValueError(f"board: {board!r}; 'by test' or 'flat'")
+        raise ValueError(f"board: found {board!r}; give 'by test' or 'flat'")
     boards = _boards_of(views, law)
     given = GivenBoards(boards, width, height)
     if pupil == "by test":
@@ -536,23 +530,23 @@ def _boards_of(views, method):
     corners = [found_corners(view) for view in views]
     if len(corners) < 2:
         raise InputError(
-            f"{method}: {len(corners)} view given; two or more boards at different"
-            " tilts are needed"
+            f"{method}: found {len(corners)} view; give two or more boards at "
+            "different tilts"
         )
     return stacked(corners, near_copies(views))
 
 
 @lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
 def _asked(law, given, flat):
-    """The _Proposal of a central lens, and the AskedLaw on its pupil."""
+    """_Proposal of a central lens, and the AskedLaw on its pupil."""
     central = _shaped(law, start_of(given), given.boards, 0, flat)
     return central, pupil_test(law, central.fit, given.boards)
 
 
 @lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
 def _proposed(law, given, flat=False):
-    """The _Proposal of a central lens; then, if all tests say so, that of one whose
-    pupil moves."""
+    """_Proposal of a central lens; then, if all tests support it, that of one with a
+    pupil shift."""
     boards = given.boards
     central, asked = _asked(law, given, flat)
     test = asked.test
@@ -561,7 +555,7 @@ def _proposed(law, given, flat=False):
             test = agreed(asked, _asked(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
-        # A board that seemed bent may have been a pupil that moves.
+        # A pupil shift may have appeared as a bent board.
         again = _shaped(law, start_of(given), boards, MAX_N_PUPIL_TERMS, flat)
         shift, sd = pupil_shift(again.fit, boards)
         test = test._replace(shift=shift, shift_sd=sd)
@@ -570,7 +564,7 @@ def _proposed(law, given, flat=False):
 
 
 def _shaped(law, start, boards, pupil, flat):
-    """The _Proposal of a law with so many terms of the pupil, its board as it asks."""
+    """_Proposal of a law with this number of pupil terms, and its board by test."""
     fit = fitted_law(law, start, boards, pupil)
     test = None if flat else board_test(fit, boards)
     while test and test.used != fit.formula.board:
@@ -584,14 +578,14 @@ def _shaped(law, start, boards, pupil, flat):
 
 def _completed(proposal, boards, views, width, height):
     formula, result = proposal.fit
-    # Copies: what is kept for the next model is nobody's to change.
+    # Copies: callers must not change the cached values.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
     told = covariance_of(proposal.fit, boards)
     spread = float(np.sqrt(told.estimated[0, 0]) / values[0])
     if not spread < MAX_FOCAL_LENGTH_SD:
         raise CalibrationError(
-            f"{formula.base}: the focal length is not determined (standard deviation"
-            f" {100 * spread:.0f} %); tilt the boards more, in more directions",
+            f"{formula.base}: the focal length has a standard deviation of "
+            f"{100 * spread:.0f} %; tilt the boards more, in more directions",
             code="focal-length-not-determined",
         )
     camera = formula.camera(values, width, height)
@@ -601,8 +595,9 @@ def _completed(proposal, boards, views, width, height):
     unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~off
     if unseen.any():
         raise CalibrationError(
-            f"{formula.base}: what was fitted folds the image where"
-            f" {np.count_nonzero(unseen)} corners lie",
+            f"{formula.base}: the fitted camera folds the image at "
+            f"{np.count_nonzero(unseen)} corners; check the corners, or give more "
+            "boards",
             code="no-camera",
         )
     wrong = []
@@ -625,11 +620,10 @@ def _unseen(camera, points, seen):
     return ~camera.project(points.reshape(-1, 3)).valid.reshape(seen.shape) & seen
 
 
-# Zhang's pinhole with what users ask beside it: deviations, and the board's shape.
-# The fit is that of `calibrate_zhang`. From there the same terms and the poses are
-# adjusted once more: that gives their covariance, and a board that is bent or longer
-# one way is fitted with them, as with other formulas. Where the board is taken as
-# stated the camera stays the one that OpenCV fitted.
+# Zhang's pinhole camera with standard deviations and the board's shape. The fit is that
+# of `calibrate_zhang`. A further adjustment of the same terms and the poses gives their
+# covariance, and estimates a bent or stretched board, as for other models. For a flat
+# board the camera remains that of OpenCV.
 
 
 PINHOLE = LensFormula("perspective", 2, 0, 0)

@@ -1,10 +1,9 @@
 """Calibrations by OpenCV: Zhang's method and the fisheye model.
 
-OpenCV's own calibration of a fisheye lens: the peer that users of wide lenses know.
-
+OpenCV's calibration of fisheye lenses is the reference that users of wide lenses know.
 Its model is Kannala and Brandt's symmetric one with k1 = 1: r = theta + k2 theta^3 +
-... + k5 theta^9, fitted by minimising the reprojection error. Source: J.
-Kannala and S. Brandt, IEEE TPAMI 28(8), 2006, doi:10.1109/TPAMI.2006.153; the fit is
+... + k5 theta^9, fitted by minimising the reprojection error. Source: J. Kannala and S.
+Brandt, IEEE TPAMI 28(8), 2006, doi:10.1109/TPAMI.2006.153; the fit is
 `cv2.fisheye.calibrate`.
 """
 
@@ -29,13 +28,13 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
 
 # The thesis's "standard perspective method": Zhang's calibration, through OpenCV. A
-# pinhole with two radial terms (2.1-2.4), no tangential ones, fitted to views of a
-# plane by minimising the reprojection error. Source: Z. Zhang, A flexible new
+# pinhole camera with two radial terms (2.1-2.4) and no tangential ones, fitted to views
+# of a plane by minimising the reprojection error. Source: Z. Zhang, A flexible new
 # technique for camera calibration, IEEE TPAMI 22(11), 2000, doi:10.1109/34.888718.
 
 
 MAX_ZHANG_STEPS, MIN_ZHANG_STEP = 200, 1e-8
-MIN_N_CORNERS = 6  # a view's six pose parameters and something left to fit
+MIN_N_CORNERS = 6  # twelve equations, for a view's six pose parameters and the camera
 
 
 class ZhangCalibration(NamedTuple):
@@ -109,14 +108,14 @@ def calibrate_zhang(
     views = [found_corners(view) for view in views]  # type: ignore[misc]
     if len(views) < 2:
         raise InputError(
-            f"Zhang's method: {len(views)} view given; two or more boards at different"
-            " tilts are needed"
+            f"Zhang's method: found {len(views)} view; give two or more boards at "
+            "different tilts"
         )
     flat = [on_plane(xy).astype(np.float32) for _, xy in views]  # type: ignore[misc]
     corners = [pixels.astype(np.float32)[:, None] for pixels, _ in views]  # type: ignore[misc]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
-    # Until a step is smaller than this share of the parameters: OpenCV's default stops
-    # after 30 steps, converged or not.
+    # Smallest relative step of the parameters: OpenCV's default stops after 30 steps,
+    # converged or not.
     enough = (
         cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS,
         MAX_ZHANG_STEPS,
@@ -129,9 +128,10 @@ def calibrate_zhang(
         )  # fmt: skip
     except cv2.error as error:
         raise CalibrationError(
-            f"Zhang's method: OpenCV refuses: {error.err}", code="diverged"
+            f"Zhang's method: OpenCV reports an error ({error.err}); check the corners",
+            code="diverged",
         ) from None
-    # OpenCV takes single precision only: exact corners come back to about 1e-5 px.
+    # OpenCV uses single precision: exact corners return to about 1e-5 px.
     radial = np.ravel(distortion)[:2]
     if not (np.isfinite(K).all() and np.isfinite(radial).all() and np.isfinite(rms)):
         raise CalibrationError(
@@ -167,8 +167,8 @@ def found_corners(view: BoardView | DenseView) -> tuple[np.ndarray, np.ndarray]:
     pixels, points = view.pixels[found], view.points[found]
     if len(pixels) < MIN_N_CORNERS:
         raise InputError(
-            f"{view.name or 'board'}: corners: found {len(pixels)}; at least"
-            f" {MIN_N_CORNERS} are needed"
+            f"{view.name or 'board'}: corners: found {len(pixels)}; give at least "
+            f"{MIN_N_CORNERS}"
         )
     try:
         homography_dlt(points, pixels)
@@ -178,8 +178,8 @@ def found_corners(view: BoardView | DenseView) -> tuple[np.ndarray, np.ndarray]:
 
 
 MAX_STEPS, MIN_STEP = 200, 1e-10
-# Angles that the longer side of the image may span, in radians: OpenCV's own start
-# (pi) does not lead everywhere, and a user would try others.
+# Initial angles of view along the longer side of the image: OpenCV's own start (pi)
+# does not always converge.
 START_SPANS_RAD = (np.pi, 2.0, 1.2)
 
 
@@ -234,8 +234,8 @@ def calibrate_opencv_fisheye(
     views = [found_corners(view) for view in views]  # type: ignore[misc]
     if len(views) < 2:
         raise InputError(
-            f"OpenCV's fisheye model: {len(views)} view given; two or more boards at"
-            " different tilts are needed"
+            f"OpenCV's fisheye model: found {len(views)} view; give two or more boards "
+            "at different tilts"
         )
     fits, faults = [], []
     for span in START_SPANS_RAD:
@@ -249,7 +249,8 @@ def calibrate_opencv_fisheye(
 
 
 def _fitted(views, width, height, focal_px):
-    """FisheyeCalibration of (pixels, points) pairs, from a first focal length in px."""
+    """FisheyeCalibration of (pixels, points) pairs, from an initial focal length,
+    px."""
     import cv2
 
     flat = [on_plane(points)[None] for _, points in views]
@@ -270,12 +271,15 @@ def _fitted(views, width, height, focal_px):
     except cv2.error as error:
         message = " ".join(str(error.err).split())
         raise CalibrationError(
-            f"OpenCV's fisheye model: it refuses: {message}", code="diverged"
+            f"OpenCV's fisheye model: OpenCV reports an error ({message}); check the "
+            "corners, or tilt the boards more",
+            code="diverged",
         ) from None
     numbers = np.concatenate([np.ravel(part) for part in (rms, K, k, turns, shifts)])
     if not np.isfinite(numbers).all():
         raise CalibrationError(
-            "OpenCV's fisheye model: the fit diverged", code="diverged"
+            "OpenCV's fisheye model: the fit diverged; tilt the boards more",
+            code="diverged",
         )
     rotations = rotation_from_vector(np.reshape(turns, (-1, 3)))
     poses = pose(rotations, np.reshape(shifts, (-1, 3)))
@@ -289,6 +293,7 @@ def _camera(K, k, width, height):
         )
     except InputError as error:
         raise CalibrationError(
-            f"OpenCV's fisheye model: what it fitted is no camera: {error}",
+            f"OpenCV's fisheye model: no camera has the fitted parameters ({error}); "
+            "tilt the boards more",
             code="no-camera",
         ) from None

@@ -1,10 +1,10 @@
 """Pose of a planar grid from the calibrated rays of a central camera, linearly.
 
-The rays are cut by a plane of our choice, the synthetic image plane of section 4.2.1:
-there the grid's image is a homography of the grid, whatever the lens, and the pose
-follows from it as for a pinhole (4.22, 4.23). All points count at once, so the pose can
-be found again from all right pairs within RANSAC, without iteration. The last step, not
-in the thesis, minimises the angles between rays and points.
+The rays intersect a freely chosen plane, the synthetic image plane of section 4.2.1.
+There the grid's image is a homography of the grid for any lens, and the pose follows as
+for a pinhole camera (4.22, 4.23). All points are used at once, so RANSAC can estimate
+the pose from all inliers without iteration. The last step, not in the thesis, minimises
+the angles between rays and points.
 
 Frame: that of the rays, with the camera's centre as its origin.
 """
@@ -36,9 +36,9 @@ from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.poses import nearest_rotation, pose, tangent_bases
 
 # Cosine to the plane's normal below which a ray counts as behind the plane: its point
-# on the plane would lie a hundred times as far out as the plane is away.
+# on the plane would be a hundred times farther away than the plane.
 MIN_INCIDENCE_COSINE = 0.01
-ROUNDING_RAD = 1e-15  # angles (radians) of rays and points that are exact
+ROUNDING_RAD = 1e-15  # angles between exact rays and points
 
 
 class AngularPose(NamedTuple):
@@ -189,8 +189,9 @@ def grid_pose_ransac(
 ) -> RayPose:
     """Return the pose of a grid in the presence of wrong pairs, by CGSP with RANSAC.
 
-    Samples of four points give homographies, which are scored on up to N_SCORING_POINTS points.
-    The best is re-estimated linearly from all its inliers until they no longer change.
+    Samples of four points give homographies, which are scored on up to N_SCORING_POINTS
+    points. The best is re-estimated linearly from all its inliers until they no longer
+    change.
 
     Parameters
     ----------
@@ -312,15 +313,15 @@ def refine_pose_angular(
     directions, points = checked_rays(directions, points)
     if len(points) < 4:
         raise CalibrationError(
-            f"pose from rays: {len(points)} points; four or more are needed to refine",
+            f"pose from rays: found {len(points)} points; give four or more to refine",
             code="too-few-points",
         )
     if sigma is not None and not (
         np.shape(sigma) in ((), (len(points),)) and np.all(np.asarray(sigma) > 0)
     ):
         raise CalibrationError(
-            f"pose from rays: field 'sigma': found shape {np.shape(sigma)}; give a"
-            f" number or {len(points)} of them, all above 0",
+            f"pose from rays: field 'sigma': found shape {np.shape(sigma)}; give one "
+            f"number or {len(points)}, all above 0",
             code="sigma",
         )
     weights = np.ones(len(points)) / (1.0 if sigma is None else np.asarray(sigma))
@@ -388,7 +389,7 @@ def angular_system(
     d_side = np.swapaxes(across, 1, 2) @ motion
     off = np.hypot(side[:, 0], side[:, 1])
     square = off**2 + along**2
-    # angle / off, and how it changes with off^2 / 2; by their series near the ray.
+    # angle / sine, and its derivative by sine^2 / 2; by their series near the ray.
     near = off < 1e-3 * along
     u = np.where(near, off / np.where(near, along, 1.0), 0.0) ** 2
     far = np.where(near, 1.0, off)
@@ -408,14 +409,14 @@ def angular_system(
 
 def _synthetic_image(directions, normal):
     """Axes (3, 3) of the synthetic camera in columns, the image (N, 2) on its plane at
-    distance 1, and which rays meet that plane ahead (N,)."""
+    distance 1, and which rays meet that plane in front (N,)."""
     if normal is None:
         normal = facing_plane_normal(directions)
     normal = np.asarray(normal, float)
     if not (normal.shape == (3,) and np.isfinite(normal).all() and normal.any()):
         raise CalibrationError(
-            f"pose from rays: normal of the synthetic plane: found {normal}; give three"
-            " numbers that are not all zero",
+            f"pose from rays: normal of the synthetic plane: found {normal}; give "
+            "three numbers that are not all zero",
             code="normal",
         )
     normal = normal / np.linalg.norm(normal)
@@ -424,8 +425,8 @@ def _synthetic_image(directions, normal):
     ahead = x[:, 2] > MIN_INCIDENCE_COSINE
     if np.count_nonzero(ahead) < 4:
         raise CalibrationError(
-            f"pose from rays: {np.count_nonzero(ahead)} of {len(x)} rays meet the"
-            " synthetic plane; four or more are needed",
+            f"pose from rays: {np.count_nonzero(ahead)} of {len(x)} rays meet the "
+            "synthetic plane; give four or more",
             code="too-few-rays",
         )
     image = np.full((len(x), 2), np.nan)
@@ -440,17 +441,17 @@ def _metric(G):
 
 
 def _errors(directions, points, G, metric):
-    """Errors (m, N) of points under m matrices G ~ [r1 r2 t], right in sign."""
+    """Errors (m, N) of points under m matrices G ~ [r1 r2 t], with the correct sign."""
     G = _metric(G)
     p = points @ np.swapaxes(G[..., :2], 1, 2) + G[:, None, :, 2]
-    # A sample fixes no sign: most points are to be ahead.
+    # A sample leaves the sign undetermined: most points must be in front.
     along = np.einsum("kni,ni->kn", p, directions)
     behind = np.count_nonzero(along > 0, axis=1) * 2 < p.shape[1]
     return ray_errors(directions, np.where(behind[:, None, None], -p, p), metric)
 
 
 def _found(directions, points, G, inliers, ahead, metric):
-    """(4.12) to (4.14): the pose that G ~ [r1 r2 t] stands for, judged."""
+    """(4.12) to (4.14): pose of G ~ [r1 r2 t], with its errors."""
     G = _metric(G)
     along = np.einsum("ni,ni->n", points @ G[:, :2].T + G[:, 2], directions)
     if np.count_nonzero(along[inliers] > 0) * 2 < np.count_nonzero(inliers):
@@ -470,13 +471,13 @@ def _refusing(estimate, *arguments, **named):
 
 
 def _covariance(normal, equations, cost, sigma):
-    """(6, 6), from the normal matrix (6, 6) at the end."""
+    """(6, 6), from the final normal matrix (6, 6)."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     if not values[0] > 1e-12:
         raise CalibrationError(
-            "pose from rays: the points leave the pose open; they lie on one line or"
-            " are repeated",
+            "pose from rays: the points do not determine the pose (collinear or "
+            "repeated); give points that span an area",
             code="degenerate-points",
         )
     inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)

@@ -1,9 +1,9 @@
-"""Pose of a planar grid from the rays of a camera that has no centre.
+"""Pose of a planar grid from the rays of a non-central camera.
 
 (2.26) for all corners at once, as the thesis modifies it for flexible mirrors (5.2.2):
-the grid is flat by its model, and the ray-point distances of all corners are minimised.
-The start takes the rays to come from the point nearest to them all, and is the best
-of many triples; both tilts of a grid that a small picture confuses are refined.
+the grid is flat in the model, and the ray-point distances of all corners are minimised.
+The start assumes that all rays pass through the point nearest to them, and is the best
+of many triples. A small image may leave the tilt ambiguous; then both are refined.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from raxel.cameras.core.base import Rays, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 
-# Wrong pairs lie beyond this many medians of the distances; no median is less, mm.
+# Outlier threshold in medians of the distances, and minimum median in mm.
 OUTLIER_MEDIANS, MIN_MEDIAN_MM = 6.0, 1e-9
 MAX_N_ROUNDS = 8
-MIN_N_CORNERS = 6  # corners: twelve equations for six numbers
-# Of the right pairs' cost: where the other tilt's is less, the two are confused.
+MIN_N_CORNERS = 6  # twelve equations for the six pose parameters
+# Cost of the other tilt over that of the best one: below, the tilt is ambiguous.
 AMBIGUOUS_COST_RATIO = 1.5
-MIN_NORMAL_DIFFERENCE_RAD = 1e-2  # radians between normals that are two
-# Points far apart whose triples give the start; more of them where the better half of
-# the distances stays above this share of the grid's extent, as wrong pairs leave it.
+MIN_NORMAL_DIFFERENCE_RAD = 1e-2  # between the normals of two distinct tilts
+# Numbers of widely spaced points whose triples give the start; the second one where the
+# better half of the distances exceeds this fraction of the grid's extent (outliers).
 N_START_POINTS, MAX_START_ERROR = (6, 12), 3e-3
 
 
@@ -84,8 +84,8 @@ def pose_from_non_central_rays(
     Raises
     ------
     CalibrationError
-        Fewer than MIN_N_CORNERS corners have rays ("too-few-points"), most of them fit no pose
-        ("too-many-outliers"), or the arrays do not fit ("shape", "not-finite").
+        Fewer than MIN_N_CORNERS corners have rays ("too-few-points"), most of them fit
+        no pose ("too-many-outliers"), or the arrays do not fit ("shape", "not-finite").
 
     References
     ----------
@@ -94,8 +94,8 @@ def pose_from_non_central_rays(
     valid = np.asarray(rays.valid, bool)
     if np.count_nonzero(valid) < MIN_N_CORNERS:
         raise CalibrationError(
-            f"grid pose: {np.count_nonzero(valid)} corners have rays; {MIN_N_CORNERS} or more "
-            "are needed",
+            f"grid pose: found {np.count_nonzero(valid)} corners with rays; give "
+            f"{MIN_N_CORNERS} or more",
             code="too-few-points",
         )
     origins = np.asarray(rays.origins)[valid]
@@ -110,7 +110,7 @@ def pose_from_non_central_rays(
     if 2 * np.count_nonzero(right) < len(right):
         raise CalibrationError(
             f"grid pose: {np.count_nonzero(right)} of {len(right)} corners agree with "
-            "one pose; most corners must belong to their points",
+            "one pose; check the assignment of corners to points",
             code="too-many-outliers",
         )
     count = np.count_nonzero(right)
@@ -158,7 +158,7 @@ def other_tilt(
 
 
 def _better_tilt(origins, directions, points):
-    """Of the poses refined from both tilts the better, and whether they are alike."""
+    """The better of the poses refined from both tilts, and whether it is ambiguous."""
     viewpoint = closest_point(Rays(origins, directions, np.ones(len(points), bool)))
     cost = _truncated(origins, directions, points)
     extent = np.linalg.norm(np.ptp(points, axis=0))
@@ -181,7 +181,7 @@ def _better_tilt(origins, directions, points):
 
 
 def _truncated(origins, directions, points):
-    """Cost of a refined pose in which half of the pairs count."""
+    """Cost of a refined pose, truncated to half of the pairs."""
 
     def cost(refined):
         off = _distances(origins, directions, points, refined[0])
@@ -191,7 +191,7 @@ def _truncated(origins, directions, points):
 
 
 def _refined(origins, directions, points, T):
-    """Pose, right pairs (N,) and their cost, mm^2: refined until the pairs agree."""
+    """Pose, inliers (N,) and their cost, mm^2, refined until the inliers are stable."""
     right = np.ones(len(points), bool)
     for _ in range(MAX_N_ROUNDS):
         off = _distances(origins, directions, points, T)

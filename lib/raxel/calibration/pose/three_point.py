@@ -1,10 +1,10 @@
 """Pose of a planar grid from calibrated rays: three points, RANSAC, refinement.
 
-The standard generic method finds the depths of three points along their rays from the
-three distances between them on the grid (thesis 2.26), for rays with one common origin
-(module `grunert`). More points choose among the solutions, and the pose that agrees
-with most of them can then be refined by minimising the ray-point distances (4.18), the
-step that section 4.2.2 mentions.
+The standard generic method computes the depths of three points along their rays from
+the three distances between them on the grid (thesis 2.26), for rays with one common
+origin. More points select among the solutions. The pose with the most inliers can then
+be refined by minimising the ray-point distances (4.18), the step that section 4.2.2
+mentions.
 
 Source of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 """
@@ -29,7 +29,7 @@ from raxel.geometry.poses import pose, rotation_from_vector
 # Source: Haralick, Lee, Ottenberg, Nölle 1994, doi:10.1007/BF02028352.
 
 
-REAL_ROOT_TOL = 1e-3  # a double root leaves the real axis by the root of the rounding
+REAL_ROOT_TOL = 1e-3  # rounding moves a double root off the real axis by its root
 DISTANCE_TOL = 1e-7  # relative error of the squared distances of an accepted solution
 
 
@@ -128,7 +128,7 @@ def _grunert_coefficients(cosines, squares):
 def _quartic_roots(coefficients):
     """Roots (M, 4), complex, as eigenvalues of companion matrices; sorted by value.
 
-    A vanishing leading coefficient sends a root to infinity: it is kept finite.
+    A vanishing leading coefficient moves a root to infinity: it is kept finite.
     """
     size = np.max(np.abs(coefficients), axis=1, keepdims=True)
     monic = coefficients / np.where(size > 0, size, 1.0)
@@ -143,7 +143,7 @@ def _quartic_roots(coefficients):
 def _polished(depths, cosines, squares):
     """A few damped Newton steps on the distance equations; NaN where they fail.
 
-    depths: (M, 4, 3); the equation opposite point k joins the other two depths.
+    depths: (M, 4, 3); the equation opposite point k involves the other two depths.
     """
     present = np.isfinite(depths).all(axis=2)
     s = np.where(present[..., None], depths, 1.0)
@@ -158,7 +158,7 @@ def _polished(depths, cosines, squares):
         jacobian[..., equation, second] = 2 * (e - d * cosine)
         transposed = np.swapaxes(jacobian, 2, 3)
         normal = transposed @ jacobian
-        # A double root has a singular Jacobian: a trace of damping keeps it finite.
+        # A double root has a singular Jacobian: a small damping keeps it finite.
         size = np.trace(normal, axis1=2, axis2=3)[..., None, None]
         normal = normal + 1e-12 * (size + 1e-300) * np.eye(3)
         s = s - np.linalg.solve(normal, transposed @ gap[..., None])[..., 0]
@@ -168,8 +168,8 @@ def _polished(depths, cosines, squares):
     return np.where((present & holds)[..., None], s, np.nan)
 
 
-N_SCORING_POINTS = 1000  # points that judge a trial pose
-COST_TOL = 1e-12  # a cost that falls by a smaller share is at rest
+N_SCORING_POINTS = 1000  # points that score a trial pose
+COST_TOL = 1e-12  # relative decrease of the cost at convergence
 
 
 class RayPose(NamedTuple):
@@ -292,8 +292,8 @@ def pose_three_point_ransac(
     )
     if best is None:
         raise CalibrationError(
-            "pose from rays: no three points give a pose; they lie on a line or the"
-            " rays do not belong to them",
+            "pose from rays: no three points give a pose (collinear points, or wrong "
+            "rays); check the assignment of points to rays",
             code="no-pose",
         )
     return _judged(directions, points, best, threshold, metric)
@@ -332,7 +332,9 @@ def pose_of_spread_triples(
     poses, _ = pose_of_triples(directions[picks], points[picks])
     if len(poses) == 0:
         raise CalibrationError(
-            "pose from rays: no three points give a pose", code="no-pose"
+            "pose from rays: no three points give a pose; check the assignment of "
+            "points to rays",
+            code="no-pose",
         )
     errors = _errors(directions, points, poses, "angle")
     return poses[np.argmin(np.median(errors, axis=1))]
@@ -513,11 +515,11 @@ def ray_point_system(
 
 
 def _ray_point_parts(directions, points, T, origins, weights):
-    """The residuals (3N,), and a function that gives the Jacobian (3N, 6)."""
+    """Residuals (3N,), and a function that returns the Jacobian (3N, 6)."""
     p = placed_points(points, T) - origins
 
     def jacobian():
-        # By the same product as all of R times the motion of a point in its plane.
+        # The same product as all of R times the motion of a point in its plane.
         turned = T[:3, :2] @ np.stack([-points[:, 1], points[:, 0]])
         return _jacobian_across(points, turned, T[:3, :3].copy(), directions, weights)
 
@@ -526,7 +528,7 @@ def _ray_point_parts(directions, points, T, origins, weights):
 
 @numba.njit(cache=True)
 def _across(p, directions, weights):
-    """What of points p (N, 3) is across the rays, times weights (N,): (3N,)."""
+    """Components of points p (N, 3) across the rays, times weights (N,): (3N,)."""
     found = np.empty((len(p), 3))
     for n in range(len(p)):
         x, y, z = p[n]
@@ -540,8 +542,8 @@ def _across(p, directions, weights):
 
 @numba.njit(cache=True)
 def _jacobian_across(points, turned, R, directions, weights):
-    """How `_across` changes with the pose, (3N, 6); turned (3, N): with its turn about
-    the grid's normal."""
+    """Change of `_across` with the pose, (3N, 6); turned (3, N): with the rotation
+    about the grid's normal."""
     J, motion = np.empty((len(points), 3, 6)), np.empty((3, 6))
     motion[:, 3:] = R
     for n in range(len(points)):
@@ -635,7 +637,7 @@ def _triangle_frames(corners):
 
 
 def _spread_triples(points, rng, count):
-    """Index triples (count, 3), the widest half of twice as many drawn at random."""
+    """Index triples (count, 3), the widest half of twice as many random ones."""
     picks = rng.integers(0, len(points), size=(2 * count, 3))
     a, b = points[picks[:, 1]] - points[picks[:, 0]], points[picks[:, 2]]
     b = b - points[picks[:, 0]]
@@ -644,7 +646,7 @@ def _spread_triples(points, rng, count):
 
 
 def _spread_points(points, count):
-    """Indices of up to count points, each the farthest from those before."""
+    """Indices of up to count points, each the farthest from the previous ones."""
     chosen = [int(np.argmax(np.sum((points - points.mean(axis=0)) ** 2, axis=1)))]
     nearest = np.full(len(points), np.inf)
     while len(chosen) < min(count, len(points)):
@@ -694,7 +696,7 @@ def ray_errors(directions: np.ndarray, p: np.ndarray, metric: str) -> np.ndarray
     Thesis (4.18).
     """
     if metric not in ("ray-point", "angle"):
-        raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
+        raise ValueError(f"metric: found {metric!r}; give 'ray-point' or 'angle'")
     along, across = _along_and_across(
         np.ascontiguousarray(p), np.ascontiguousarray(directions)
     )
@@ -759,11 +761,12 @@ def checked_rays(
         )
     if len(points) < 3:
         raise CalibrationError(
-            f"pose from rays: {len(points)} points have rays; three or more are needed",
+            f"pose from rays: found {len(points)} points with rays; give three or more",
             code="too-few-points",
         )
     if not (np.isfinite(directions).all() and np.isfinite(points).all()):
         raise CalibrationError(
-            "pose from rays: some rays or points are not finite", code="not-finite"
+            "pose from rays: rays and points must be finite; remove NaN and infinity",
+            code="not-finite",
         )
     return directions, points

@@ -1,1 +1,1 @@
-"""What the views of planar targets say: which point does each pixel see?"""
+"""Views of planar targets: the point that each pixel sees."""

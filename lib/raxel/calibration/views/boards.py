@@ -1,4 +1,4 @@
-"""From the boards found in an image set to the correspondences a calibration takes."""
+"""Correspondences for a calibration from the boards detected in an image set."""
 
 from __future__ import annotations
 

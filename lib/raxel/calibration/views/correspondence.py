@@ -1,14 +1,14 @@
-"""Where on a chessboard does a pixel look? Homographic interpolation between corners.
+"""Chessboard points seen by pixels: homographic interpolation between corners.
 
-Corners are few and a general camera wants a point for every pixel. Inside one cell of
-the detected lattice the image is nearly a homography of the board, fixed by the four
+A general camera needs a point for every pixel, but corners are few. Inside one cell of
+the detected lattice the image is nearly a homography of the board, given by the four
 corners (step 2 of the thesis's Algorithm 1 for chessboards, section 3.2). Cells are
-quadrilaterals of any shape, as a lens bends the lattice. Where they are bent too much
-for that, `raxel.calibration.views.interpolation` gives a view with smaller ones.
+quadrilaterals of any shape, because a lens bends the lattice. For cells with a large
+bend, `raxel.calibration.views.interpolation` gives a view with smaller cells.
 
-A view of an active grid knows the point of every pixel. It is a
-`raxel.calibration.views.dense.DenseView`, which answers the same questions as a
-BoardView; whatever takes views takes either.
+A view of an active grid (phase-shift structured light) has a point for every pixel.
+This is a `raxel.calibration.views.dense.DenseView`, with the same interface as a
+BoardView.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.sets.model import check_sd
 
-# Second moments of the points that a pixel sees, summed over millions of pairs. About
-# the camera's centre a pixel's points (x, y, z) leave nine sums: of xx, yy, zz, xy,
-# xz, yz, x, y and z. Inside a cell of a board the points are a homography of the
-# pixel, so about the centre they are three linear forms in (u, v, 1) over a fourth;
-# along a row these change by one number alone.
+# Second moments of the points that a pixel sees, summed over millions of pairs. Nine
+# sums over a pixel's points (x, y, z) about the camera's centre: of xx, yy, zz, xy, xz,
+# yz, x, y and z. Inside a cell of a board the points are a homography of the pixel, so
+# about the centre they are three linear forms in (u, v, 1) over a fourth. Along a row
+# only one number changes.
 
 
 @numba.njit(cache=True)
 def add_runs(sums, rows, first, stop, cell, forms, weight):
-    """Add the points of runs of pixels, times weight, to sums (H, W, 9); forms
-    (cells, 4, 3), the fourth is what the other three are divided by."""
+    """Add the points of runs of pixels, times weight, to sums (H, W, 9); forms (cells,
+    4, 3): three numerators and their common denominator."""
     rest = np.empty(4)
     for run in range(len(rows)):
         v = rows[run]
@@ -53,8 +53,8 @@ def add_runs(sums, rows, first, stop, cell, forms, weight):
 def add_points(sums, location, sigma, plane, weight):
     """Add the points of a dense view, times weight/sigma^2, to sums (H, W, 9).
 
-    location, sigma: (H, W, 2), NaN where nothing was seen; plane: (3, 3), from (x, y,
-    1) of the grid to the base frame about the centre.
+    location, sigma: (H, W, 2), NaN where not decoded; plane: (3, 3), from (x, y, 1) of
+    the grid to the base frame about the centre.
     """
     height, width, _ = location.shape
     for v in range(height):
@@ -82,7 +82,7 @@ def _add(of_pixel, x, y, z, weight):
     of_pixel[8] += weight * z
 
 
-# Boards that are all parallel leave the camera open, whatever a fit says.
+# Parallel boards leave the camera undetermined, whatever the fit.
 
 
 MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
@@ -91,11 +91,11 @@ MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
 def refuse_parallel(rotations, method, needed):
     """Raise CalibrationError without ``needed`` (2 or 3) boards tilted pairwise.
 
-    rotations: (n, 3, 3) of the boards as fitted, any common frame; method: for the
-    message. Parallel boards share one vanishing line, so whatever focal length or
-    centre a fit came to rest at, it finds them parallel: the poses themselves tell. A
-    centre that came out far away leaves the tilts to the noise, and a board or two may
-    seem tilted by chance; three of them pairwise do not.
+    rotations: (n, 3, 3) of the fitted boards in any common frame; method: for the
+    message. Parallel boards share one vanishing line, so with any fitted focal length
+    or centre they remain parallel: the poses suffice for the test. A distant centre
+    leaves the tilts to the noise, and one or two boards may appear tilted by chance,
+    but not three pairwise.
     """
     normals = rotations[:, :, 2]
     cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
@@ -104,27 +104,26 @@ def refuse_parallel(rotations, method, needed):
     pairs = apart.astype(int)
     found = apart if needed == 2 else apart & (pairs @ pairs > 0)
     if not found.any():
-        what = "the boards are parallel"
+        what = "parallel boards"
         if angles.max() >= MIN_TILT_DEG:
-            what += ", or no camera with a single centre fits them"
+            what += ", or no single centre"
         widest = f"widest pair {angles.max():.1f}"
         raise CalibrationError(
-            f"{method}: no {needed} boards are tilted against each other by"
-            f" {MIN_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more",
+            f"{method}: fewer than {needed} boards are tilted against each other by "
+            f"{MIN_TILT_DEG:.0f} degrees ({what}; {widest}); tilt them more",
             code="parallel-grids",
         )
 
 
-# Photographs that show the board where another one does: frames of a film, say. They
-# share more than the board: what light, blur and the grid of pixels do to corners
-# there. So they say hardly more than one of them, and what they share looks like the
-# board's, or like another camera's. Where a fit takes all of them, its covariance and
-# its tests count them together, as they do the corners of one photograph.
+# Images with the same view of the board, such as frames of a video. They share the
+# effects of light, blur and pixel grid on the corners. So they contain hardly more
+# information than one of them, and their common error resembles a board error or that
+# of another camera. Fits that use all of them count them together in covariances and
+# tests, as corners of one image.
 
 
-DUPLICATE_DISTANCE = (
-    0.01  # of the board's radius in the image: no two are held so still by chance
-)
+# Over the board's radius in the image, of a stationary camera.
+DUPLICATE_DISTANCE = 0.01
 
 
 def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
@@ -159,8 +158,8 @@ def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
 
 
 def _apart(one, other):
-    """RMS distance in px along an axis of corners that both found; infinite where they
-    are of other boards or fewer than half are shared."""
+    """RMS distance in px along an axis of common corners; infinite for different boards
+    or fewer than half in common."""
     if one.pixels.shape != other.pixels.shape:
         return np.inf
     squares = (one.pixels - other.pixels) ** 2
@@ -170,20 +169,19 @@ def _apart(one, other):
 
 
 def once_each(pairs: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
-    """Return those (ImageScore, BoardView) pairs that are no near copies of others."""
+    """Return the (ImageScore, BoardView) pairs without near copies of others."""
     first = near_copies([view for _, view in pairs])
     return [pair for k, pair in enumerate(pairs) if first[k] == k]
 
 
-# The shape of a board that is not quite flat, or longer one way than stated. One
-# board is in all photographs, so one shape is. To first order in how far a sheet
-# leaves its plane it is a quadratic: two bends and a twist. Paper on a bent support
-# bends without being stretched: what rises draws the rest towards the middle. With r
-# a point from the board's middle and H the curvatures, that is z = r . H r / 2, shift
-# in the plane = -z H r / 3, which for a cylinder keeps lengths along the sheet to the
-# third order. Apart from this a board may be longer along x against y than it is said
-# to be, by the printer's or the monitor's doing. That it is larger both ways no
-# photograph of it tells.
+# Shape of a board that is not quite flat, or stretched along one axis. All images show
+# one board, so they share one shape. To first order the deviation of a sheet from its
+# plane is a quadratic: two bends and a twist. Paper on a bent support bends without
+# stretch, so a rise shortens the distance to the middle. With r a point from the
+# board's middle and H the curvatures, z = r . H r / 2 and shift in the plane = -z H r /
+# 3, which for a cylinder keeps lengths along the sheet to the third order. A printer or
+# monitor may also stretch a board along x against y. A common scale error of both axes
+# is not observable.
 
 
 BENDS = ("bend_x", "bend_y", "twist")
@@ -201,7 +199,7 @@ class BoardShape(NamedTuple):
         Half of its sides, in its unit.
     values : ndarray, shape (4,)
         bend_x, bend_y: how far the ends of x and of y lie behind the middle, along z.
-        twist: how much farther the corner where x and y end lies behind. These three
+        twist: how much farther behind the corner at the ends of x and y is. These three
         are in the unit of the board. stretch: how much longer x is than y, 0.01 being 1
         %.
     """
@@ -211,7 +209,7 @@ class BoardShape(NamedTuple):
     values: np.ndarray
 
     def points(self, flat: ArrayLike) -> NDArray[np.float64]:
-        """Return the true points (..., 3) of the board for stated ones (..., 2)."""
+        """Return the true points (..., 3) of the board for nominal ones (..., 2)."""
         return shaped(flat, self)[0]
 
     def seen_on_plane(
@@ -236,19 +234,19 @@ class BoardShape(NamedTuple):
 
 
 def board_points(flat: ArrayLike, shape: BoardShape | None) -> NDArray[np.float64]:
-    """Return points (..., 3) of stated ones (..., 2); on a plane for None."""
+    """Return points (..., 3) of nominal ones (..., 2); on a plane for None."""
     return on_plane(flat) if shape is None else shape.points(flat)
 
 
 def shaped(flat, shape):
-    """Points (..., 3) of a BoardShape for stated ones (..., 2), and how they move with
-    its values, (..., 3, 4)."""
+    """Points (..., 3) of a BoardShape for nominal ones (..., 2), and their derivatives
+    by its values, (..., 3, 4)."""
     r = np.asarray(flat, float) - shape.middle
     (bend_x, bend_y, twist, stretch), (a, b) = shape.values, shape.half
     x, y = r[..., 0] / a, r[..., 1] / b
     z = bend_x * x**2 + bend_y * y**2 + twist * x * y
     z_by = np.stack([x**2, y**2, x * y], axis=-1)
-    # H r, by its parts: 2 / a^2, 1 / (a b) and 2 / b^2 of the bends and the twist.
+    # Parts of H r: 2 / a^2, 1 / (a b) and 2 / b^2 of the bends and the twist.
     zero = np.zeros_like(x)
     slope_by = np.stack(
         [
@@ -271,8 +269,8 @@ def shaped(flat, shape):
 
 
 BLOCK = 1 << 15  # pixels handled at once
-PENDING_BLOCK = 1 << 10  # of them tested against every cell at once
-EDGE_TOL_PX = 1e-9  # px: a pixel this close to an edge counts as inside
+PENDING_BLOCK = 1 << 10  # pixels tested against every cell at once
+EDGE_TOL_PX = 1e-9  # a pixel this close to an edge counts as inside
 NEAREST_FIRST = sorted(
     ((u, v) for u in (-1, 0, 1) for v in (-1, 0, 1)),
     key=lambda s: s[0] ** 2 + s[1] ** 2,
@@ -316,7 +314,7 @@ class BoardView(NamedTuple):
     name: str = ""
     sd: np.ndarray | None = None
 
-    # Whether every pixel was read by itself; if not, it is located between corners.
+    # Whether every pixel was decoded; if not, pixels are interpolated between corners.
     every_pixel = False  # type: ignore[misc]
 
     def locate(self, pixels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -431,8 +429,8 @@ class BoardView(NamedTuple):
 
 
 class CellTable(NamedTuple):
-    """The usable cells of a lattice: (K, 4, 2) corners in px in order of going round,
-    (K, 4, 3) edges as lines, not negative inside, and (K, 3, 3) pixel to board."""
+    """Usable cells of a lattice: (K, 4, 2) corners in px in cyclic order, (K, 4, 3)
+    edges as lines, not negative inside, and (K, 3, 3) pixel to board."""
 
     corners: np.ndarray
     edges: np.ndarray
@@ -461,22 +459,22 @@ def check_view(view: Any) -> Any:
     count = view.columns * view.rows
     if pixels.shape != (count, 2) or points.shape != (count, 2):
         raise InputError(
-            f"{view.name or 'board'}: corners: found {pixels.shape} pixels and"
-            f" {points.shape} points; {view.columns} x {view.rows} corners need"
-            f" ({count}, 2) each"
+            f"{view.name or 'board'}: corners: found {pixels.shape} pixels and "
+            f"{points.shape} points; give ({count}, 2) each for {view.columns} x "
+            f"{view.rows} corners"
         )
     bad = np.isinf(pixels).any(axis=1) | (np.isnan(pixels).sum(axis=1) == 1)
     if bad.any() or not np.isfinite(points).all():
         raise InputError(
-            f"{view.name or 'board'}: corners: found numbers that are not finite; a"
-            " corner that was not found is NaN in u and in v"
+            f"{view.name or 'board'}: corners: values must be finite; give NaN in both "
+            "u and v for a missing corner"
         )
     sd = check_sd(view.name or "board", view.sd, count)
     return view._replace(pixels=pixels, points=points, sd=sd)
 
 
 def board_cells(view):
-    """CellTable of the convex cells with four found corners."""
+    """CellTable of the convex cells with four detected corners."""
     view = check_view(view)
     ring, ahead, turn = _rings(view)
     convex = _convex(turn)
@@ -492,23 +490,22 @@ def board_cells(view):
 
 
 def cell_turns(view):
-    """(rows - 1, columns - 1) int: the sense in which convex cells with four found
-    corners are gone round in the image, 1 if x turns clockwise into y, else -1; 0 for
-    other cells."""
+    """(rows - 1, columns - 1) int: orientation in the image of convex cells with four
+    detected corners, 1 if x turns clockwise into y, else -1; 0 for other cells."""
     turn = _rings(view)[2]
     sense = np.where(_convex(turn), np.sign(turn[:, 0]), 0)
     return sense.astype(int).reshape(view.rows - 1, view.columns - 1)
 
 
 def cell_corners(view):
-    """(K, 4, 2) px: corners of the convex cells with four found corners."""
+    """(K, 4, 2) px: corners of the convex cells with four detected corners."""
     ring, _, turn = _rings(view)
     return view.pixels[ring[_convex(turn)]]
 
 
 def _rings(view):
-    """Corners of all cells in order of going round: numbers (K, 4), steps to the next
-    (K, 4, 2) px, and the turn from each step to the one after it (K, 4)."""
+    """Corners of all cells in cyclic order: indices (K, 4), steps to the next (K, 4, 2)
+    px, and the turn from each step to the next one (K, 4)."""
     grid = np.arange(view.columns * view.rows).reshape(view.rows, view.columns)
     ring = np.stack(
         [grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1
@@ -629,10 +626,10 @@ def pixels_on_board(
 
 
 class PixelRuns(NamedTuple):
-    """Pixels beside each other in a row that lie in one cell, row by row.
+    """Runs of adjacent pixels of a row in one cell, row by row.
 
-    v: (R,) rows; first, stop: (R,) columns, `stop` is not in the run; cell: (R,) its
-    number. All int. No pixel is in two runs.
+    v: (R,) rows; first, stop: (R,) columns, `stop` excluded; cell: (R,) its index. All
+    int. No pixel is in two runs.
     """
 
     v: np.ndarray
@@ -644,7 +641,7 @@ class PixelRuns(NamedTuple):
 def pixel_runs(cells, width, height, step=1):
     """PixelRuns of a CellTable: the pixels of an image that are multiples of step.
 
-    A row crosses a convex cell in one interval, whose ends are where it meets edges.
+    A row crosses a convex cell in one interval, which ends at its edges.
     """
     low = np.ceil((cells.corners[..., 1].min(axis=1) - EDGE_TOL_PX) / step)
     high = np.floor((cells.corners[..., 1].max(axis=1) + EDGE_TOL_PX) / step)
@@ -656,14 +653,14 @@ def pixel_runs(cells, width, height, step=1):
     a, b, c = np.moveaxis(cells.edges[cell], 2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = -(b * (step * row)[:, None] + c + EDGE_TOL_PX) / a
-    # An edge along the row (0 / 0 at worst) bounds nothing in the rows of its cell.
+    # An edge along the row (0 / 0 at worst) is no bound in the rows of its cell.
     left = np.nanmax(np.where(a > 0, ends, -np.inf), axis=1, initial=-1)
     right = np.nanmin(np.where(a < 0, ends, np.inf), axis=1, initial=width)
     first = step * np.ceil(np.clip(left, 0, width) / step).astype(int)
     stop = step * (np.floor(np.clip(right, -1, width - 1) / step).astype(int) + 1)
     order = np.lexsort([first, row])
     v, first, stop, cell = step * row[order], first[order], stop[order], cell[order]
-    # Flat places, in which what an earlier run has taken can be cut off at once.
+    # Flat indices, to cut off pixels of earlier runs at once.
     base = v * (width + step)
     taken = np.maximum.accumulate(base + stop)
     first = np.maximum(first, np.concatenate([[0], taken[:-1]])[: len(v)] - base)
@@ -672,8 +669,8 @@ def pixel_runs(cells, width, height, step=1):
 
 
 def _label_image(cells):
-    """Cell numbers per whole pixel (h, w), -1 elsewhere, right to a pixel; the pixel of
-    element [0, 0]; and a mask of what is no further than a pixel from any cell.
+    """Cell indices per whole pixel (h, w), -1 elsewhere, exact to a pixel; the pixel of
+    element [0, 0]; and a mask of pixels within one pixel of a cell.
 
     The border of the image is free, so neighbours of labelled pixels exist.
     """
@@ -689,14 +686,14 @@ def _label_image(cells):
 
 
 def _enclosing_cells(pixels, cells, labels, origin, near):
-    """Number of the cell that holds each pixel, -1 for none."""
+    """Index of the cell that contains each pixel, -1 for none."""
     size = np.array(labels.shape[::-1])
     whole = np.rint(np.nan_to_num(pixels, nan=-1e6)).astype(int) - origin
     framed = np.all((whole >= 0) & (whole < size), axis=1)
     whole[~framed] = 0
     found = np.full(len(pixels), -1)
     pending = np.flatnonzero(framed & near[whole[:, 1], whole[:, 0]])
-    # The label at hand is right but at borders of cells, where a neighbour's is.
+    # The label is correct except at borders of cells, where a neighbour's is.
     for shift in NEAREST_FIRST:
         u, v = (whole[pending] + shift).T
         label = labels[v, u]
@@ -707,7 +704,7 @@ def _enclosing_cells(pixels, cells, labels, origin, near):
         pending = pending[~holds]
         if len(pending) == 0:
             return found
-    # At a sharp corner its neighbours may have painted over a cell altogether.
+    # At a sharp corner neighbours may have overwritten a whole cell.
     for start in range(0, len(pending), PENDING_BLOCK):
         few = pending[start : start + PENDING_BLOCK]
         gap = cells.edges[..., :2] @ pixels[few].T + cells.edges[..., 2:]

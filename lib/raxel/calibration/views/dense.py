@@ -1,8 +1,8 @@
-"""A view of an active grid: the point that each pixel sees, in place of corners.
+"""View of an active grid: the point that each pixel sees, instead of corners.
 
-What a calibration asks of a board it can ask of this. Poses, formulas and scores need a
-few hundred well spread points, not a million: these are every k-th pixel each way. The
-generic method, which gives each pixel its own ray, takes all.
+It has the interface of a board view. Poses, parametric models and scores use a few
+hundred well-spread points: every k-th pixel along both axes. The generic method, which
+assigns a ray to each pixel, uses all pixels.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from raxel.calibration.views.correspondence import (
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
 
-# Board points at a lattice of pixels: what the generic method computes with. Millions
-# of pixels add nothing to the few numbers of centre and poses, so these are found
-# from every k-th pixel; the table of rays is made for all pixels at the end.
+# Board points at a lattice of pixels, for the generic method. A million pixels hardly
+# improve the few parameters of centre and poses, so every k-th pixel is used; the table
+# of rays contains all pixels.
 
 
 class BoardSamples(NamedTuple):
@@ -88,19 +88,19 @@ def sample_boards(
     return BoardSamples(pixels, points[:, used], seen[:, used], step)
 
 
-N_SAMPLES = 1000  # pixels of a view, about, that poses and formulas are fitted to
+N_SAMPLES = 1000  # approximate number of pixels of a view for poses and models
 MIN_N_PIXELS = 100
-DERIVATIVE_REACH_PX = 3  # px to either side, for how a point moves with its pixel
-MIN_SIGMA_MM = 1e-6  # mm: no point is known better
-MAX_COORDINATE_MM = 1e6  # mm: no monitor is larger, and no point less certain
+DERIVATIVE_REACH_PX = 3  # to either side, for derivatives of points by pixels
+MIN_SIGMA_MM = 1e-6  # highest accuracy of a point
+MAX_COORDINATE_MM = 1e6  # of points on a monitor and of their standard deviations
 
 
 class DenseView(NamedTuple):
     """Hold one view of an active grid; `dense_view` makes it.
 
     The first six attributes are those of a BoardView, for a lattice of pixels: every
-    step-th column and row of the image. The step is the largest for which about N_SAMPLES
-    pixels or more remain.
+    step-th column and row of the image. The step is the largest for which about
+    N_SAMPLES pixels or more remain.
 
     The ray table weights the points of a pixel with 1/sigma^2, and a misfit is compared
     with `sd`. Fits of formulas, poses and centre, and all scores, weight the samples
@@ -109,9 +109,9 @@ class DenseView(NamedTuple):
     Attributes
     ----------
     pixels : ndarray, shape (N, 2)
-        Pixels of the lattice; NaN where nothing was decoded.
+        Pixels of the lattice; NaN where not decoded.
     points : ndarray, shape (N, 2)
-        Their points on the grid; 0 where nothing was decoded.
+        Their points on the grid; 0 where not decoded.
     columns, rows : int
         Size of the lattice.
     name : str
@@ -168,7 +168,7 @@ class DenseView(NamedTuple):
         points = np.full(pixels.shape, np.nan)
         there = np.all((pixels >= 0) & (pixels <= [width - 1, height - 1]), axis=1)
         waiting = np.flatnonzero(there)
-        # A pixel between two squares is in either.
+        # A pixel between two squares belongs to either.
         for lower in product((np.floor, _below), repeat=2):
             u, v = (f(pixels[waiting, k]).astype(int) for k, f in enumerate(lower))  # type: ignore[operator]
             holds = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
@@ -259,7 +259,8 @@ def dense_view(
     Parameters
     ----------
     location : ndarray, shape (H, W, 2)
-        Point of the grid that each pixel sees; NaN (or beyond MAX_COORDINATE_MM) where unknown.
+        Point of the grid that each pixel sees; NaN (or beyond MAX_COORDINATE_MM) where
+        unknown.
     sigma : array_like, shape (H, W, 2), or None
         Standard deviations in the same unit; None where unknown.
     mask : array_like of bool, shape (H, W), or None
@@ -308,8 +309,8 @@ def dense_view(
     count = np.count_nonzero(seen)
     if count < MIN_N_PIXELS:
         raise CalibrationError(
-            f"{name}: found {count} pixels with a point on both axes; at least "
-            f"{MIN_N_PIXELS} are needed",
+            f"{name}: found {count} pixels with a point on both axes; give at least "
+            f"{MIN_N_PIXELS}",
             code="too-few-points",
         )
     location[~seen] = deviations[~seen] = np.nan
@@ -337,7 +338,7 @@ def dense_view(
 
 
 def _single(values):
-    """In single precision, NaN where they are beyond MAX_COORDINATE_MM."""
+    """In single precision, NaN for values beyond MAX_COORDINATE_MM."""
     values = np.asarray(values)
     with np.errstate(invalid="ignore"):
         return np.where(np.abs(values) <= MAX_COORDINATE_MM, values, np.nan).astype(
@@ -352,7 +353,7 @@ def _fitting(name, field, array, shape):
 
 
 def _lattice(seen, step):
-    """(rows, columns, 2) float: every step-th pixel each way, NaN where not seen."""
+    """(rows, columns, 2) float: every step-th pixel per axis, NaN where not seen."""
     v, u = (np.arange(step // 2, size, step) for size in seen.shape)
     pixels = np.stack(np.meshgrid(u, v), axis=-1).astype(float)
     pixels[~seen[np.ix_(v, u)]] = np.nan
@@ -360,7 +361,7 @@ def _lattice(seen, step):
 
 
 def _slopes(location, u, v):
-    """How points move with pixels: (N, 2, 2), columns by u and by v; NaN at a rim."""
+    """Derivatives of points by pixels: (N, 2, 2), columns by u and v; NaN at edges."""
     height, width, _ = location.shape
     slopes = np.full((len(u), 2, 2), np.nan)
     inside = (
@@ -380,7 +381,7 @@ def _slopes(location, u, v):
 
 
 def _in_pixels(sigma, slopes):
-    """Standard deviation (N,) px along an axis of points known to sigma (N, 2)."""
+    """Standard deviation (N,) px along an axis of points with sigma (N, 2)."""
     variance = sigma[:, ::-1].astype(float) ** 2
     across = np.sum(np.sum(slopes**2, axis=2) * variance, axis=1)
     (a, b), (c, d) = np.moveaxis(slopes, 0, 2)

@@ -1,17 +1,16 @@
-"""What a camera sees between the corners of a chessboard: three ways to fill a cell.
+"""Points of a chessboard between its corners: three interpolations of a cell.
 
 - "homographic": the exact homography of each cell's four corners (step 2 of the
-  thesis's Algorithm 1, section 3.2). It is exact for a pinhole, and wrong by a share of
-  the bend of a cell under a fisheye or a mirror.
-- "smooth": a C1 surface through all corners
-  (`raxel.calibration.views.interpolation`), laid out as a finer lattice whose cells
-  are too small to bend. It interpolates pixels times the perspective weight of the
-  board's best homography, so it is exact for a pinhole as well.
-- "by need": for each board, the one of the two that errs less, as far as its own
-  corners tell (`_bends`).
+  thesis's Algorithm 1, section 3.2). It is exact for a pinhole camera; under a fisheye
+  or a mirror its error is a fraction of the bend of a cell.
+- "smooth": a C1 surface through all corners, sampled as a finer lattice with cells of
+  negligible bend. It interpolates pixels times the perspective weight of the board's
+  best homography, so it is exact for a pinhole camera as well.
+- "by need": for each board, the one of the two with the smaller error, as estimated
+  from its own corners (`_bends`).
 
-All that follows (`pixels_on_board`, `locate_pixels`, `ray_table`) takes the view of
-either lattice and knows no difference.
+All further functions (`pixels_on_board`, `locate_pixels`, `ray_table`) work on the view
+of either lattice.
 """
 
 from __future__ import annotations
@@ -27,32 +26,31 @@ from raxel.calibration.views.correspondence import (
 from raxel.calibration.views.dense import DenseView
 from raxel.geometry.homography import homography_dlt
 
-# A smooth surface through the corners of a lattice: C1 and exact at every corner.
-# Between corners each quantity is a bicubic Hermite patch. Its slopes at a corner are
-# those of the polynomial through up to five neighbours of the row or column, so a
-# hole or the rim costs order and nothing else, and a corner tells on no cell further
-# away.
+# Smooth surface through the corners of a lattice: C1 and exact at every corner. Between
+# corners each quantity is a bicubic Hermite patch. Its slopes at a corner are those of
+# the polynomial through up to five neighbours in the row or column. A hole or the edge
+# only reduces the order, and a corner does not affect distant cells.
 
 
-MAX_N_SLOPE_CORNERS = 5  # corners of a line behind one slope, where there are as many
+MAX_N_SLOPE_CORNERS = 5  # corners of a row or column that determine one slope
 
 
 def refined_lattice(lattice, factor):
-    """The surface at `factor` points per cell each way.
+    """Surface at `factor` points per cell along both axes.
 
     lattice: (rows, columns, ...), NaN where unknown. Returns (factor (rows - 1) + 1,
     factor (columns - 1) + 1, ...), NaN in cells that lack a corner; the given corners
     are every factor-th point, unchanged.
     """
     down, along = _slopes(lattice, 0), _slopes(lattice, 1)
-    # Beside a hole the two orders of taking slopes can differ.
+    # Next to a hole the two orders of computing slopes can differ.
     twist = (_slopes(down, 1) + _slopes(along, 0)) / 2
     lattice, along = _refined(lattice, down, factor), _refined(along, twist, factor)
     return _refined(lattice.swapaxes(0, 1), along.swapaxes(0, 1), factor).swapaxes(0, 1)
 
 
 def refining_weights(count, factor):
-    """(factor (count - 1) + 1, count): what `refined_lattice` does along one line."""
+    """(factor (count - 1) + 1, count): weights of `refined_lattice` along one line."""
     unit = np.eye(count)
     return _refined(unit, _slopes(unit, 0), factor)
 
@@ -73,10 +71,10 @@ def _refined(values, slopes, factor):
 
 
 def _slopes(values, axis):
-    """Derivatives per step along one axis, NaN where no neighbour is known.
+    """Derivatives per step along one axis, NaN without a known neighbour.
 
-    Of the runs of known corners the longest counts, and of those the one whose middle
-    is nearest.
+    The longest run of known corners counts, and among equals the one whose middle is
+    nearest.
     """
     values = np.moveaxis(values, axis, 0)
     slopes = np.full(values.shape, np.nan)
@@ -107,12 +105,12 @@ _STENCILS = _stencils()
 
 
 INTERPOLATIONS = ("homographic", "smooth", "by need")
-TRIAL_POINTS_PER_CELL = 4  # points per cell each way at which the two are compared
-MAX_CELL_BEND_PX = 0.015  # a cell of the finer lattice bends no more than this
-MAX_SUBDIVISION = 16  # of its cells to one of the board, each way
-MIN_CORNER_SD_PX = 1e-3  # no corner is known better than this
+TRIAL_POINTS_PER_CELL = 4  # per axis, where both interpolations are compared
+MAX_CELL_BEND_PX = 0.015  # of a cell of the finer lattice
+MAX_SUBDIVISION = 16  # cells of the finer lattice per cell, per axis
+MIN_CORNER_SD_PX = 1e-3  # highest accuracy of a corner
 MAX_N_TERMS = 120  # of a polynomial through corners
-MIN_WEIGHT_RATIO = 0.02  # of the perspective weights, over the largest
+MIN_WEIGHT_RATIO = 0.02  # smallest over largest perspective weight
 
 
 def interpolated_view(
@@ -146,7 +144,7 @@ def interpolated_view(
     """
     if interpolation not in INTERPOLATIONS:
         names = "', '".join(INTERPOLATIONS)
-        raise ValueError(f"interpolation: {interpolation!r}; one of '{names}'")
+        raise ValueError(f"interpolation: found {interpolation!r}; give '{names}'")
     view = check_view(view)
     if view.every_pixel:
         return view, "none"
@@ -159,22 +157,22 @@ def interpolated_view(
 
 
 def _bends(view, differences):
-    """Do the cells of a board bend by more than its corners are uncertain?
+    """Whether the cells of a board bend by more than the uncertainty of its corners.
 
     Per board, not per cell: the squared difference d^2 of the two predictions, averaged
-    over the insides of all cells, holds the bend b that the homography misses and the
-    corners' noise, of variance s^2 along each axis. With S and H the weights that
-    either gives to the corners (mean squares SS and HH over the cells, products SH),
+    over the insides of all cells, contains the bend b that the homography misses and
+    the corners' noise, of variance s^2 along each axis. With S and H the weights of the
+    corners in either (mean squares SS and HH over the cells, products SH),
 
         d^2 = b^2 + s^2 (SS + HH - 2 SH),
         error of the smooth one s^2 SS, of the homographic one b^2 + s^2 HH,
 
-    so the smooth one errs less where d^2 > 2 s^2 (SS - SH). The surface passes noise on
-    with about 1.4 times the standard deviation of the homographies: that is the price,
-    paid only where the bend is dearer. s^2 is estimated from the corners themselves
-    (`corner_variance`), which does not trust what a detector says of itself. A lattice
-    too coarse for its bend has a large one and stays homographic: no surface through
-    it would be right either.
+    so the smooth one has the smaller error where d^2 > 2 s^2 (SS - SH). The surface
+    propagates noise with about 1.4 times the standard deviation of the homographies, so
+    it is used only for a larger bend. s^2 is estimated from the corners themselves
+    (`corner_variance`), not from the detector's estimate. A lattice that is too coarse
+    for its bend has a large s^2 and stays homographic: no surface through it would be
+    correct either.
     """
     noise = max(corner_variance(view), MIN_CORNER_SD_PX**2)
     price = np.prod([_mean_products(count) for count in (view.rows, view.columns)], 0)
@@ -191,12 +189,13 @@ def _mean_products(count):
 
 
 def corner_variance(view):
-    """Variance (px^2) of the corners along each axis, from themselves.
+    """Variance (px^2) of the corners along each axis, from the corners themselves.
 
-    The least of what polynomials of rising degree leave per degree of freedom: too low
-    a degree leaves bend, and each that is high enough leaves noise alone. A standard
-    error is added to each, as the least of several runs low. A quarter of the corners
-    at least is left to judge by; inf where that is too few for any degree.
+    The minimum over polynomials of rising degree of the residual variance per degree of
+    freedom: too low a degree leaves bend, each sufficient one leaves noise alone. A
+    standard error is added to each, since a minimum of several estimates is biased low.
+    At least a quarter of the corners remains as degrees of freedom; inf where that is
+    too few for any degree.
     """
     found = np.flatnonzero(np.isfinite(view.pixels[:, 0]))
     i, j, counts = _terms(view, min(3 * len(found) // 4, MAX_N_TERMS))
@@ -216,8 +215,8 @@ def corner_variance(view):
 
 
 def _terms(view, most):
-    """Exponents (i, j) of Chebyshev polynomials across a lattice, lower degrees first,
-    and how many there are (`most` or fewer) up to each degree from 2 on."""
+    """Exponents (i, j) of Chebyshev polynomials on a lattice, lower degrees first, and
+    their number (`most` or fewer) up to each degree from 2 on."""
     i, j = np.divmod(np.arange(view.columns * view.rows), view.rows)
     order = np.lexsort([i, i + j])
     i, j = i[order], j[order]
@@ -227,8 +226,8 @@ def _terms(view, most):
 
 
 def _finer(view, bend):
-    """The view of a finer lattice on the surface through the corners, whose cells bend
-    by `bend` px at most."""
+    """View of a finer lattice on the surface through the corners, whose cells bend by
+    at most `bend` px."""
     factor = int(np.clip(np.ceil(np.sqrt(bend / MAX_CELL_BEND_PX)), 2, MAX_SUBDIVISION))
     pixels, points = _surface(view, factor)
     rows, columns = pixels.shape[:2]
@@ -239,7 +238,7 @@ def _finer(view, bend):
         columns=columns,
         sd=None,
     )
-    # A fold of the surface takes the whole cell with it, as in the coarse lattice.
+    # A fold of the surface excludes the whole cell, as in the coarse lattice.
     turns = cell_turns(view)
     fine_turns = cell_turns(fine).reshape(len(turns), factor, -1, factor)
     usable = (turns != 0) & (fine_turns == turns[:, None, :, None]).all(axis=(1, 3))
@@ -264,7 +263,7 @@ def _surface(view, factor):
 def _perspective(view):
     """Points (..., 2) -> weight (...): the denominator of the board's homography.
 
-    Of one sign on the board; 1 where the bend is such that no plane of weights is.
+    Of one sign on the board; 1 where a strong bend allows no plane of weights.
     """
     found = np.isfinite(view.pixels[:, 0])
     a, b, c = homography_dlt(view.points[found], view.pixels[found])[2]
@@ -275,7 +274,7 @@ def _perspective(view):
 
 
 def _differences(view):
-    """Smooth less homographic positions (K, P, 2) px inside the whole cells."""
+    """Smooth minus homographic positions (K, P, 2) px inside the whole cells."""
     pixels, points = _surface(view, TRIAL_POINTS_PER_CELL)
     whole = cell_turns(view) != 0
     pixels, points = (
