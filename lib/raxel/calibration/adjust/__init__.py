@@ -1,1 +1,1 @@
-"""Adjustment of centre and poses, and of the rays with them."""
+"""Bundle adjustment of centre and poses, with or without the rays."""

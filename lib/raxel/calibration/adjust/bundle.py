@@ -1,10 +1,10 @@
 """Bundle adjustment with a fixed camera centre (step 4 of the thesis's Algorithm 1).
 
 The grid poses and one direction per ray are adjusted so that the rays, all through the
-centre C, pass as close as possible to the points they see: the ray-point distance
-(4.18) of section 4.1.4. The centre and the base grid stay where the linear stage put
-them. The thesis moves the poses alone and then joins C to the centroid of the points of
-a ray; here the direction that minimises (4.18) itself takes the centroid's place.
+centre C, pass as close as possible to their points: the ray-point distance (4.18) of
+section 4.1.4. The centre and the base grid keep the result of the linear stage. The
+thesis adjusts the poses only and then joins C to the centroid of the points of a ray;
+here the direction that minimises (4.18) replaces the centroid.
 
 For given poses the best direction u of a ray has a closed form, the dominant
 eigenvector of the second moments of its points p_j = R_j (x, y, 0) + t_j - C. So only
@@ -43,17 +43,17 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend
 from raxel.geometry.poses import pose, rotation_from_vector
 
-# Weights of the points that rays see, frozen before an adjustment. A point's residual
-# e lies in the plane of its grid and is multiplied by a whitening matrix W = [[a, b],
-# [0, c]], W^T W the inverse of the point's covariance. It is computed from rays and
-# poses as they are at some moment, and then kept: weights that follow what is
-# adjusted would let a cost fall by growing the noise that it is measured against.
+# Weights of the points of rays, frozen before an adjustment. A point's residual e is in
+# the plane of its grid and is multiplied by a whitening matrix W = [[a, b], [0, c]],
+# W^T W the inverse of the point's covariance. W is computed from the initial rays and
+# poses and then kept: with weights that follow the parameters, the cost could fall by
+# increasing the assumed noise.
 
 
 def start_directions(points, seen, centre, T_base_grid):
-    """Unit directions (N, 3): the mean of those to the points that each ray sees.
+    """Unit directions (N, 3): mean of those to the points of each ray.
 
-    NaN for a ray that sees none. points: (n, N, 2); seen: (n, N) bool.
+    NaN for a ray without points. points: (n, N, 2); seen: (n, N) bool.
     """
     directions = np.empty((points.shape[1], 3))
     seen_from = frames(centre, T_base_grid)
@@ -67,7 +67,7 @@ def image_whitening(seen, directions, centre, T_base_grid):
     """Whitening (n, N, 3) float32 of points with equal noise of their directions.
 
     Noise of one radian about each axis gives a grid's points the covariance
-    l^2 (I + m m^T). Zero where not seen, or not ahead of the centre.
+    l^2 (I + m m^T). Zero where not seen, or not in front of the centre.
     """
     whitening = np.zeros((*seen.shape, 3), np.float32)
     seen_from = frames(centre, T_base_grid)
@@ -100,14 +100,16 @@ def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
     sigma = np.asarray(sigma)
     if sigma.shape not in ((), seen.shape, (*seen.shape, 2)):
         raise InputError(
-            f"adjustment: field 'sigma': shape {sigma.shape} found; give a number,"
-            f" {seen.shape} or {(*seen.shape, 2)}"
+            f"adjustment: field 'sigma': found shape {sigma.shape}; give a number, "
+            f"{seen.shape} or {(*seen.shape, 2)}"
         )
     sigma = sigma if sigma.ndim == 3 else sigma[..., None]
     sigma = np.broadcast_to(sigma, (*seen.shape, 2))
     ahead = whitening[..., 0] > 0
     if not np.all(sigma > 0, where=ahead[..., None]):
-        raise InputError("adjustment: field 'sigma': not above 0 where a point is seen")
+        raise InputError(
+            "adjustment: field 'sigma': must be above 0 at each seen point"
+        )
     for place, axis in ((0, 0), (2, 1)):
         np.divide(1.0, sigma[..., axis], out=whitening[..., place], where=ahead)
     whitening[..., 1] = 0
@@ -248,7 +250,7 @@ def bundle_adjust_fixed_centre(
 
 
 def ray_directions(points, seen, centre, T_base_grid):
-    """Best unit direction from the centre for every ray: (N, 3), NaN if it sees none.
+    """Best unit direction from the centre for every ray: (N, 3), NaN without points.
 
     Minimises the sum of squared ray-point distances (4.18). Arguments as above.
     """
@@ -341,7 +343,7 @@ def ray_point_distances(
 
 
 def moved_poses(T_base_grid, step):
-    """Poses moved by step ((n - 1) * 6,), rotation first; the base stays."""
+    """Poses after a step ((n - 1) * 6,), rotation first; the base stays."""
     vectors, shifts = np.moveaxis(step.reshape(-1, 2, 3), 1, 0)
     rotations, places = T_base_grid[1:, :3, :3], T_base_grid[1:, :3, 3]
     moved = T_base_grid.copy()
@@ -427,7 +429,8 @@ def check_shared(seen):
     shared = seen & (np.sum(seen, axis=0) >= 2)
     for k in np.flatnonzero(np.sum(shared, axis=1) < 3):
         raise CalibrationError(
-            f"bundle adjustment: grid {k} shares fewer than three rays with the others",
+            f"bundle adjustment: grid {k} shares fewer than three rays with the "
+            "others; let the grids overlap in the image",
             code="too-few-rays",
         )
 
@@ -447,8 +450,8 @@ def _from_centre(q, centre, T_base_grid):
 def _best_directions(p):
     """Dominant eigenvectors of sum_j p_j p_j^T. p: (n, 3, N), zero where not seen.
 
-    Power iteration from the farthest point: the points of a ray lie so nearly on one
-    line through C that every round gains several digits.
+    Power iteration from the farthest point: the points of a ray are nearly on one line
+    through C, so every round gains several digits.
     """
     n, _, count = p.shape
     u, farthest = np.zeros((3, count)), np.full(count, -1.0)
@@ -481,8 +484,8 @@ def _best_directions(p):
 
 @numba.njit(cache=True)
 def _off_rays(p, u):
-    """Vectors (n, 3, N) from rays u (3, N) to points p (n, 3, N), and what share (n, N)
-    of a ray's depths each point has."""
+    """Vectors (n, 3, N) from rays u (3, N) to points p (n, 3, N), and the share (n, N)
+    of each point in a ray's depths."""
     n, _, count = p.shape
     residual, share, squares = np.empty(p.shape), np.empty((n, count)), np.zeros(count)
     for j in range(n):

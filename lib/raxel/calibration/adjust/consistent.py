@@ -1,10 +1,10 @@
-"""Bundle adjustment that also moves the centre, and comes out right (`ext_`).
+"""Bundle adjustment with a free centre and a consistent estimate (`ext_`).
 
-Section 4.1.4 tried to free the camera's centre and gave it up: the distance of rays
-from points shrinks when the noise itself is made smaller, by a centre that moves or a
-grid that tilts. Here a residual lies in the plane of its grid, where it was measured,
-and is whitened with a matrix that does not follow the parameters. So no parameter can
-make the noise smaller than it is, and with more rays the estimate tends to the truth.
+Section 4.1.4 freed the camera's centre without success: a moving centre or a tilting
+grid reduces the noise itself, and with it the distance of rays from points. Here a
+residual is in the plane of its grid, where it was measured, and is whitened with a
+constant matrix. So no parameter can reduce the noise, and with more rays the estimate
+converges to the true value.
 
 Adjusted are the centre, the poses of all grids but the base, and one direction per ray.
 `raxel.calibration.adjust.ray_elimination` has the equations.
@@ -45,13 +45,13 @@ from raxel.geometry.poses import (
 )
 
 # Rays through the centre and the centroid of their points (4.1.3), and its weights. A
-# point P_j on grid j, l_j away from the centre, has an error e_j across its ray. The
-# centroid with weights w_j turns the ray by sum(w_j e_j) / sum(w_j l_j). Errors that
-# are independent with variances v_j do least harm with w_j = l_j / v_j. Noise of the
-# image has v_j proportional to l_j^2, and then near points count more; noise in mm
-# has one v, and then far points do; a grid whose pose is itself an estimate adds what
-# the pose's covariance does to its points, and counts less. That is the reason for
-# the thesis's rule, which gives the grids of the linear stage more weight.
+# point P_j on grid j, at distance l_j from the centre, has an error e_j across its ray.
+# The centroid with weights w_j rotates the ray by sum(w_j e_j) / sum(w_j l_j). For
+# independent errors with variances v_j, w_j = l_j / v_j is optimal. Image noise has v_j
+# proportional to l_j^2, so near points have larger weights; noise in mm has one v, so
+# far points have. The pose covariance of a grid adds to the errors of its points and
+# reduces their weight. This explains the thesis's rule, which gives the grids of the
+# linear stage more weight.
 
 
 def centroid_directions(
@@ -95,7 +95,7 @@ def joined_rays(points, seen, centre, weights=None):
     weights = np.ones(len(seen)) if weights is None else np.asarray(weights, float)
     weights = np.broadcast_to(weights.T, seen.T.shape).T
     if not np.all(weights > 0, where=seen):
-        raise InputError("rays: field 'weights': not above 0 where a point is seen")
+        raise InputError("rays: field 'weights': must be above 0 at each seen point")
     flat, shares = _seen_points(points, seen), np.where(seen, weights, 0.0)
 
     def directions(T_base_grid):
@@ -144,14 +144,14 @@ def centroid_weights(
         The domain is neither of the two.
     """
     if domain not in ("image", "plane"):
-        raise InputError(f"rays: domain {domain!r}; expected 'image' or 'plane'")
+        raise InputError(f"rays: domain: found {domain!r}; give 'image' or 'plane'")
     seen = np.asarray(seen, bool)
     p = _from_centre(_seen_points(points, seen), seen, centre, T_base_grid)
     length = np.linalg.norm(p, axis=2)
     u = p / np.where(length > 0, length, 1.0)[..., None]
     variance = (noise * length) ** 2
     if domain == "plane":
-        # Of the noise in the plane, what is across the ray, per axis.
+        # Component of the in-plane noise across the ray, per axis.
         normal = np.einsum("jnk,jk->jn", u, T_base_grid[:, :3, 2])
         variance = noise**2 * (1.0 + normal**2) / 2
     for j, covariance in enumerate(covariances):
@@ -160,7 +160,7 @@ def centroid_weights(
 
 
 def _moved_across(points, T, covariance, u):
-    """Mean variance (N,) per axis across rays u of points of a grid, by its pose."""
+    """Mean variance (N,) per axis across rays u of points of a grid, from its pose."""
     x, y = np.nan_to_num(points).T
     motion = np.zeros((len(points), 3, 6))
     motion[:, :, 0] = y[:, None] * T[:3, 2]
@@ -182,30 +182,46 @@ def _from_centre(flat, seen, centre, T_base_grid):
     return np.where(seen[..., None], transform(T_base_grid, flat) - centre, 0.0)
 
 
-# The weights are frozen anew when the first adjustment is as close as this, in SDs.
+# Error of the first adjustment, in SDs, below which the weights are frozen again.
 WEIGHT_UPDATE_TOL_SIGMAS = 0.1
-STEP_ROUNDING_TOL = 1e-13  # steps this small, against the scene, are rounding
-MIN_EIGENVALUE_RATIO = (
-    1e-10  # smallest over largest eigenvalue, all unknowns in like units
-)
+STEP_ROUNDING_TOL = 1e-13  # smaller steps, relative to the scene, are rounding
+# Smallest over largest eigenvalue, all unknowns in like units.
+MIN_EIGENVALUE_RATIO = 1e-10
 FIRST_DAMPING = 1e-9
 MAX_DAMPING = 1e6
 CHI2_MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 
 
 class ConsistentResult(NamedTuple):
-    """centre (3,), T_base_grid (n, 4, 4), the base grid's kept, and directions (N, 3),
-    unit, base frame; NaN for a ray that sees no grid.
+    """Hold the result of `adjust_consistent`.
 
-    covariance (6 n - 3, 6 n - 3): of the centre (mm, base frame), then of each grid but
-    the base its rotation vector w (rad, its own frame: the true one is R exp([w]x)) and
-    its translation (mm, base frame). noise: SD of the whitened residuals, the noise of
-    directions in rad where no sigma was given, and near 1 where one was; a given sigma
-    is taken at its word by the covariance.
-    cost: sum of the loss of the squared whitened residuals; reduced_chi_square: cost
-    over degrees_of_freedom. passes: how often all rays were gone through. converged:
-    whether it came to rest within the iterations allowed. whitening (n, N, 3) float32:
-    the weights, frozen; the first is 0 for points that are not used.
+    Attributes
+    ----------
+    centre : ndarray, shape (3,)
+        Camera centre in the base frame, mm.
+    T_base_grid : ndarray, shape (n, 4, 4)
+        Poses of the grids; that of the base is kept.
+    directions : ndarray, shape (N, 3)
+        Unit directions in the base frame, NaN for a ray without grids.
+    covariance : ndarray, shape (6 n - 3, 6 n - 3)
+        Covariance of the centre (mm, base frame), then for each grid but the base of
+        its rotation vector w (rad, its own frame: the true one is R exp([w]x)) and its
+        translation (mm, base frame). It uses a given sigma as it is.
+    noise : float
+        Standard deviation of the whitened residuals: noise of directions, rad, without
+        sigma, and near 1 with it.
+    cost : float
+        Sum of the loss of the squared whitened residuals.
+    reduced_chi_square : float
+        Cost over `degrees_of_freedom`.
+    degrees_of_freedom : int
+        Number of residuals minus number of unknowns.
+    passes : int
+        Number of passes over all rays.
+    converged : bool
+        Whether the adjustment converged within the allowed iterations.
+    whitening : ndarray of float32, shape (n, N, 3)
+        Frozen weights; the first one is 0 for points that are not used.
     """
 
     centre: np.ndarray
@@ -291,7 +307,7 @@ def adjust_consistent(
     centre, T = np.asarray(centre, float), np.asarray(T_base_grid, float)
     points, seen = _checked(points, seen, T, loss)
     directions = start_directions(points, seen, centre, T)
-    # Stated deviations and no loss leave nothing to freeze anew.
+    # With known standard deviations and no robust loss, weights need no update.
     rounds = (
         (tolerance,)
         if sigma is not None and loss == "none"
@@ -313,27 +329,28 @@ def _checked(
     points: ArrayLike, seen: ArrayLike | None, T: np.ndarray, loss: str
 ) -> tuple[np.ndarray, np.ndarray]:
     if loss not in LOSSES:
-        raise InputError(f"adjustment: loss {loss!r}; expected one of {[*LOSSES]}")
+        raise InputError(f"adjustment: loss: found {loss!r}; give one of {[*LOSSES]}")
     points = np.ascontiguousarray(points, float)
     if points.ndim != 3 or points.shape[2] != 2:
         raise InputError(
-            f"adjustment: field 'points': shape {points.shape} found; (n, N, 2) needed"
+            f"adjustment: field 'points': found shape {points.shape}; give (n, N, 2)"
         )
     if T.shape != (len(points), 4, 4):
         raise InputError(
-            f"adjustment: field 'T_base_grid': shape {T.shape} found;"
-            f" {(len(points), 4, 4)} needed, one pose per grid"
+            f"adjustment: field 'T_base_grid': found shape {T.shape}; give "
+            f"{(len(points), 4, 4)}, one pose per grid"
         )
     if len(points) < 3:
         raise CalibrationError(
-            f"adjustment: grids: {len(points)}; three or more determine a centre",
+            f"adjustment: found {len(points)} grids; give three or more",
             code="too-few-grids",
         )
     finite = np.isfinite(points).all(axis=2)
     seen = finite if seen is None else np.asarray(seen, bool)
     if seen.shape != finite.shape or not finite[seen].all():
         raise CalibrationError(
-            "adjustment: not all points that are seen are finite", code="not-finite"
+            "adjustment: points must be finite where seen; remove NaN and infinity",
+            code="not-finite",
         )
     return points, seen
 
@@ -346,14 +363,15 @@ def _degrees_of_freedom(whitening):
     freedom = 2 * int(number[shared].sum() - shared.sum()) - 6 * len(whitening) + 3
     if freedom <= 0:
         raise CalibrationError(
-            f"adjustment: {shared.sum()} rays see two grids or more; more are needed",
+            f"adjustment: {shared.sum()} rays see two grids or more; let more rays see "
+            "several grids",
             code="too-few-rays",
         )
     return freedom
 
 
 def _frozen_loss(rays, centre, T, loss, freedom):
-    """Number of the loss, and the squared residual where it bends."""
+    """Index of the loss, and the squared residual at its threshold."""
     if loss == "none":
         return LOSSES[loss], 1.0
     normal_equations(rays, centre, T, settle=2)
@@ -375,7 +393,8 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
     now = normal_equations(rays, centre, T, bends, settle=2)
     if not np.isfinite(now.cost):
         raise CalibrationError(
-            "adjustment: the start has points behind the centre", code="behind-centre"
+            "adjustment: the initial values put points behind the centre; give others",
+            code="behind-centre",
         )
     damping, passes = FIRST_DAMPING, 1
     while passes <= iterations:
@@ -397,7 +416,7 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
 
 
 def is_rounding(step, centre):
-    """Whether a step (mm and rad) of a scene at this distance is lost in rounding."""
+    """Whether a step (mm and rad) is below rounding at the scale of this scene."""
     return np.abs(step).max() <= STEP_ROUNDING_TOL * np.abs(centre).max()
 
 
@@ -432,21 +451,20 @@ def _inverse(normal):
     sizes, axes = np.linalg.eigh(normal * np.outer(unit, unit))
     if not sizes[0] > MIN_EIGENVALUE_RATIO * sizes[-1]:
         raise CalibrationError(
-            "adjustment: the grids do not determine the centre; they are parallel, or"
-            " too few rays are common to them",
+            "adjustment: the grids do not determine the centre (parallel grids, or too "
+            "few common rays); tilt them more",
             code="parallel-grids",
         )
     return np.outer(unit, unit) * (axes / sizes @ axes.T)
 
 
-# Relaxation over the grids' poses: the bundle adjustment that the thesis uses
-# (4.1.4). The centre stays. Each round moves the poses, 6 (n - 1) numbers, by one
-# step against the ray-point distances (4.18) with the rays as they are; then every
-# ray is joined anew to the centroid of its points. The rays follow, they are not
-# adjusted. While a round lasts no pose knows of the others, so each takes its own
-# step of six. `raxel.calibration.adjust.bundle` minimises the same distances over
-# rays and poses together. Here rays hold the poses back, and poses the rays: rounds
-# are cheap, but many.
+# Relaxation over the grids' poses: the bundle adjustment of the thesis (4.1.4). The
+# centre is fixed. Each round moves the poses, 6 (n - 1) parameters, by one step against
+# the ray-point distances (4.18) with fixed rays; then every ray is joined to the
+# centroid of its points. The rays follow, they are not adjusted. Within a round the
+# poses are independent, so each has its own step of six. `raxel.calibration.adjust
+# .bundle` minimises the same distances over rays and poses together. Alternation
+# converges slowly: rounds are cheap, but many.
 
 
 def relax_poses(
@@ -507,7 +525,8 @@ def relax_poses(
         costs.append(float(np.sum(residuals_of(q, centre, poses, u) ** 2)))
         if not np.isfinite(costs[-1]):
             raise CalibrationError(
-                "relaxation: the points or poses are not finite", code="not-finite"
+                "relaxation: points and poses must be finite; remove NaN and infinity",
+                code="not-finite",
             )
         if len(costs) > 1 and abs(costs[-2] - costs[-1]) <= tolerance * costs[-1]:
             return BundleResult(poses, u, np.array(costs), True)
@@ -540,7 +559,7 @@ def poses_of_vector(unknowns):
 
 
 def _moved_once(looks, seen, centre, poses, u):
-    """Poses after one step each, the rays as they are; looks: the points seen of each
+    """Poses after one step each, with fixed rays; looks: the seen points of each
     grid."""
     moved = poses.copy()
     for j in range(1, len(poses)):

@@ -1,15 +1,15 @@
-"""Lines instead of rays from one point: centrality relaxed after CGSP (4.4).
+"""Lines instead of rays from one point: relaxed centrality after CGSP (4.4).
 
-A mirror that sits a little aside gives a camera that is almost central. The thesis
-proposes to calibrate it as central first, and then to let go of the centre. Here every
-pixel gets a line of its own, four unknowns, against two coordinates on each of three
-grids or more; the poses are adjusted with the lines, and the base grid fixes the frame.
-The residuals are those of `raxel.calibration.adjust.consistent`: in the grids' planes,
-whitened with frozen weights.
+A slightly misplaced mirror gives a camera that is almost central. The thesis proposes
+to calibrate it as central first, and then to free the rays. Here every pixel has its
+own line with four unknowns, against two coordinates on each of three grids or more. The
+poses are adjusted with the lines, and the base grid fixes the frame. The residuals are
+those of `raxel.calibration.adjust.consistent`: in the grids' planes, whitened with
+frozen weights.
 
-The line of a pixel is X(l) = C + B b + l (u + B g), with u its direction from the start
-and B two axes across it: b, in mm, is how far it passes from the start's centre. b and
-g are eliminated (Schur complement), and 6 (n - 1) unknowns of the poses are left.
+The line of a pixel is X(l) = C + B b + l (u + B g), with u its initial direction and B
+two axes across it: b, in mm, is its distance from the initial centre. b and g are
+eliminated (Schur complement), and 6 (n - 1) unknowns of the poses are left.
 """
 
 from __future__ import annotations
@@ -37,24 +37,45 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, transform
 
 BLOCK = 4096  # lines handled at once
-MIN_N_GRIDS = 3  # grids that a line must see to have a say
-# Depths of its points must differ by this share: where grids cross there is no line.
+MIN_N_GRIDS = 3  # grids of a line that contributes to the poses
+# Relative difference of a line's depths: where grids intersect, no line is determined.
 MIN_DEPTH_SPREAD = 0.02
 
 
 class FreeLines(NamedTuple):
-    """Lines of N pixels and the poses that go with them, base frame.
+    """Hold the lines of N pixels and the adjusted poses, in the base frame.
 
-    origins (N, 3): the point of each line next to the start's centre, within the plane
-    across its first direction; directions (N, 3) unit, away from the centre; NaN where
-    a pixel sees fewer than two grids. T_base_grid (n, 4, 4). used (N,): whether a line
-    saw three grids or more and helped with the poses; with two it is their join.
-    offsets (N, 2): b, mm, on the axes (N, 3, 2) across. offset_covariance (N, 2, 2):
-    of b, by the noise of the line's own points; offset_of_poses (N, 2, 6 (n - 1)): how
-    b follows the poses. These are NaN where not used. covariance: of the poses, for
-    each but the base its rotation vector (rad) and translation (mm), both in its own
-    frame. noise: SD of the whitened residuals; cost: the sum of their squares, on
-    degrees_of_freedom. converged: whether it came to rest in time.
+    Attributes
+    ----------
+    origins : ndarray, shape (N, 3)
+        Point of each line closest to the initial centre, in the plane across its
+        initial direction, mm. NaN where a pixel sees fewer than two grids.
+    directions : ndarray, shape (N, 3)
+        Unit directions, away from the centre; NaN as `origins`.
+    T_base_grid : ndarray, shape (n, 4, 4)
+        Poses of the grids.
+    used : ndarray of bool, shape (N,)
+        Whether a line sees three grids or more and contributes to the poses. A line
+        that sees two grids is their join.
+    offsets : ndarray, shape (N, 2)
+        Offsets b on the axes across, mm; NaN where not used, as the next three.
+    axes : ndarray, shape (N, 3, 2)
+        Axes B across the initial directions.
+    offset_covariance : ndarray, shape (N, 2, 2)
+        Covariance of b from the noise of the line's own points, mm^2.
+    offset_of_poses : ndarray, shape (N, 2, 6 (n - 1))
+        Derivatives of b by the poses.
+    covariance : ndarray, shape (6 (n - 1), 6 (n - 1))
+        Covariance of the poses: for each but the base its rotation vector (rad) and
+        translation (mm), both in its own frame.
+    noise : float
+        Standard deviation of the whitened residuals.
+    cost : float
+        Sum of the squared whitened residuals.
+    degrees_of_freedom : int
+        Number of residuals minus number of unknowns.
+    converged : bool
+        Whether the adjustment converged within the allowed iterations.
     """
 
     origins: np.ndarray
@@ -73,7 +94,7 @@ class FreeLines(NamedTuple):
 
 
 class _Lines(NamedTuple):
-    """What is known of the pixels that take part: points, whitening, chart of lines."""
+    """Pixels that take part: points, whitening, parametrisation of the lines."""
 
     points: np.ndarray
     whitening: np.ndarray
@@ -128,7 +149,8 @@ def relax_centrality(
     freedom = int(2 * seen[:, used].sum() - 4 * used.sum()) - moving
     if freedom <= 0:
         raise CalibrationError(
-            f"free lines: {used.sum()} pixels see three grids or more; more are needed",
+            f"free lines: {used.sum()} pixels see three grids or more; let more pixels "
+            "see three grids",
             code="too-few-rays",
         )
     lines = _chosen(points, central, used)
@@ -141,7 +163,7 @@ def relax_centrality(
 
 
 def _determined(points, seen, central):
-    """Which pixels see three grids or more, not all of them at nearly one depth."""
+    """Which pixels see three grids or more, at sufficiently different depths."""
     near, far = np.full(seen.shape[1], np.inf), np.zeros(seen.shape[1])
     for j, T in enumerate(central.T_base_grid):
         p = np.nan_to_num(points[j]) @ T[:3, :2].T + T[:3, 3] - central.centre
@@ -154,7 +176,7 @@ def _determined(points, seen, central):
 
 
 def _chosen(points, central, rays):
-    """_Lines of some pixels, the central rays to begin with."""
+    """_Lines of some pixels, initially the central rays."""
     u = central.directions[rays]
     return _Lines(
         points[:, rays],
@@ -167,7 +189,7 @@ def _chosen(points, central, rays):
 
 
 def _descend(lines, T, freedom, iterations, tolerance):
-    """Poses that fit the lines best, by Levenberg-Marquardt."""
+    """Poses with the best fit of the lines, by Levenberg-Marquardt."""
     for _ in range(2):
         now = _normal_equations(lines, T)
     damping = FIRST_DAMPING
@@ -303,21 +325,32 @@ def _of_unknowns(lines):
     return origins, along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-# Two adjustments that free the centre and do not come out right (4.1.4).
-# `adjust_concurrence` is the thesis's third scheme: every ray is the line that fits
-# its points best, wherever it passes, and centre and poses move until the lines pass
-# as close to the centre as they can. `adjust_ray_point` is its first scheme with the
-# centre set free: rays through the centre, and the ray-point distances (4.18). In
-# both, the cost of noise alone hangs on what is adjusted. A line through points that
-# are farther apart is extrapolated less, and a point's noise has a smaller part
-# across a ray that meets its grid aslant. So centre and poses drift to where the
-# noise costs least, and more rays do not help. They are here to be compared with
-# `raxel.calibration.adjust.consistent`, not to calibrate with.
+# Two adjustments with a free centre and inconsistent estimates (4.1.4).
+# `adjust_concurrence` is the thesis's third scheme: every ray is the best-fitting line
+# of its points, and centre and poses move until the lines pass as close to the centre
+# as possible. `adjust_ray_point` is its first scheme with a free centre: rays through
+# the centre, and the ray-point distances (4.18). In both, the cost of noise alone
+# depends on the parameters. A line through more distant points is extrapolated less,
+# and a point's noise has a smaller component across a ray with oblique incidence. So
+# centre and poses drift to values with the smallest cost of the noise, and more rays do
+# not help. They serve for a comparison with `raxel.calibration.adjust.consistent`, not
+# for calibration.
 
 
 class FreeCentreResult(NamedTuple):
-    """centre (3,), T_base_grid (n, 4, 4); costs: squared lengths in all, start first;
-    converged: whether it came to rest within the iterations allowed."""
+    """Hold the result of an adjustment with a free centre.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (3,)
+        Camera centre in the base frame, mm.
+    T_base_grid : ndarray, shape (n, 4, 4)
+        Poses of the grids.
+    costs : ndarray
+        Sums of squared lengths, mm^2, from the initial one on.
+    converged : bool
+        Whether the adjustment converged within the allowed iterations.
+    """
 
     centre: np.ndarray
     T_base_grid: np.ndarray
@@ -369,12 +402,12 @@ def adjust_ray_point(
     q = homogeneous(points, seen)
 
     def evaluate(state):
-        # All grids move, as seen from the centre; the base does not turn.
+        # All grids move, as seen from the centre; the base does not rotate.
         cost, normal, gradient = reduced_normal_equations(q, *state, first=0)
         return cost, lambda: (normal[3:, 3:], gradient[3:])
 
     def move(state, step):
-        # Points that are shifted are a centre that is shifted the other way.
+        # A shift of the points equals the opposite shift of the centre.
         step = step.copy()
         step[:3] *= -1
         step[3:].reshape(-1, 2, 3)[:, 1] *= -1
@@ -461,13 +494,13 @@ def concurrence_system(q, centre, T_base_grid):
     sizes, axes = np.linalg.eigh(np.einsum("jni,jnk->nik", arms, arms))
     if not np.all(sizes[:, 2] > sizes[:, 1]):
         raise CalibrationError(
-            "line fitting: the points of a ray are in one place",
+            "line fitting: the points of a ray coincide; use grids at different depths",
             code="degenerate-points",
         )
     along = axes[..., 2]
     reach = np.einsum("ni,ni->n", along, middle)
     distance = middle - reach[:, None] * along
-    # The line turns about the other two axes, by its share of what the arms gain.
+    # The line rotates about the other two axes, by its share of the lever arms.
     gaps = 1.0 / (sizes[:, 2:] - sizes[:, :2])
     turn = (axes[..., :2] * gaps[:, None]) @ np.swapaxes(axes[..., :2], 1, 2)
     of_turn = -reach[:, None, None] * turn

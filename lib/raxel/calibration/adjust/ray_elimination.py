@@ -1,7 +1,7 @@
 """One pass over the rays: normal equations of centre and poses, rays eliminated.
 
 A ray starts in the centre C with direction u. In the frame of grid j it starts in
-c = R^T (C - t) and runs along d = R^T u, so that it meets the grid in
+c = R^T (C - t) and has the direction d = R^T u, so that it meets the grid in
 
     q = c_xy - c_z m,   m = d_xy / d_z,   at the depth  l = -c_z / d_z.
 
@@ -9,16 +9,16 @@ With A = [I | -m] its derivatives, for steps R exp([w]x) and exp(-[w]x) c + s, a
 
     dq = A (s + [(q_x, q_y, 0)]x w + l R^T du).
 
-Every grid is thus placed as seen from the centre. The base does not turn, and its s is
+Every grid is thus given relative to the centre. The base does not rotate, and its s is
 the step of the centre; the others have w and s: 3 + 6 (n - 1) unknowns, and a point
-depends on those of its own grid alone. A residual lies in the grid's plane and is
+depends on those of its own grid only. A residual is in the grid's plane and is
 multiplied by a whitening matrix [[a, b], [0, c]]. A ray's own two unknowns are two
 entries of du, those where u is not largest: du along u moves nothing. They are
 eliminated ray by ray (Schur complement).
 
-All that concerns a ray is done at once, in batches that stay close to the processor; no
-Jacobian is stored. Blocks of rays are summed apart and added up in a fixed order, so
-that the numbers do not depend on how many processors share the work.
+All work on a ray is done at once, in batches that fit the processor cache; no Jacobian
+is stored. Blocks of rays are summed separately and added in a fixed order, so the
+results do not depend on the number of processors.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -31,11 +31,11 @@ from numba import njit
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.io.files import processors
 
-BLOCK = 4096  # rays summed apart
-BATCH = 64  # rays whose whitened rows are held at once
+BLOCK = 4096  # rays of one partial sum
+BATCH = 64  # rays whose whitened rows are stored at once
 MAX_DEPTH = 1e300
 LOSSES = {"none": 0, "huber": 1, "cauchy": 2}
-# Where a loss leaves the square, in standard deviations of one coordinate.
+# Threshold of a loss, in standard deviations of one coordinate.
 LOSS_THRESHOLD_SIGMAS = {"none": 1.0, "huber": 2.0, "cauchy": 3.0}
 
 compiled = njit(cache=True, nogil=True, error_model="numpy")
@@ -45,8 +45,8 @@ summing = njit(
 
 
 class NormalEquations(NamedTuple):
-    """cost: sum of the loss over all points; normal (p, p) the Gauss-Newton matrix and
-    gradient (p,), half that of the cost, both with the rays eliminated."""
+    """cost: sum of the loss over all points; normal (p, p), the Gauss-Newton matrix,
+    and gradient (p,), half that of the cost, both with the rays eliminated."""
 
     cost: float
     normal: np.ndarray
@@ -54,12 +54,12 @@ class NormalEquations(NamedTuple):
 
 
 def normal_equations(rays, centre, T_base_grid, loss=(0, 1.0), settle=1):
-    """NormalEquations at a centre (3,) and poses (n, 4, 4); moves the rays' directions.
+    """NormalEquations at a centre (3,) and poses (n, 4, 4); updates ray directions.
 
     rays: (points (n, N, 2) float64, whitening (n, N, 3) float32, directions (N, 3));
-    whitening holds a, b, c of each point's matrix, a = 0 where not seen. The directions
-    are improved in place by `settle` Gauss-Newton steps each. loss: number of LOSSES
-    and the squared residual where it bends. Unknowns: see `moved`.
+    whitening contains a, b, c of each point's matrix, a = 0 where not seen. The
+    directions are improved in place by `settle` Gauss-Newton steps each. loss: index of
+    LOSSES and the squared residual at its threshold. Unknowns: see `moved`.
 
     The cost is infinite where a ray meets a grid behind the centre.
     """
@@ -74,7 +74,7 @@ def normal_equations(rays, centre, T_base_grid, loss=(0, 1.0), settle=1):
 
 
 def moved(centre, T_base_grid, step):
-    """Centre and poses moved by a step (6 n - 3,): s of the base, then w, s of each."""
+    """Centre and poses after a step (6 n - 3,): s of the base, then w, s of each."""
     T = np.asarray(T_base_grid, float)
     turns, shifts = _of_grids(step)
     R = T[1:, :3, :3] @ rotation_from_vector(turns)
@@ -103,7 +103,7 @@ def _of_grids(step):
 
 
 def over_blocks(work, count, shape=()):
-    """Arrays (blocks, *shape), zeros that work(first, stop, array) has added to."""
+    """Arrays (blocks, *shape), zeros to which work(first, stop, array) has added."""
     firsts = range(0, count, BLOCK)
     sums = np.zeros((len(firsts), *shape))
 
@@ -188,7 +188,7 @@ def _add_rays(
             a, b = _axes(u)
             for _ in range(settle):
                 _settle(points, whitening, u, a, b, R, c, kind, bend, i)
-            if number == 1:  # the ray goes through its point wherever the grid is
+            if number == 1:  # the ray passes through its point for any grid pose
                 continue
             row[:] = 0.0
             aa = ab = bb = 0.0
@@ -224,7 +224,7 @@ def _axes(u):
 
 @compiled
 def _settle(points, whitening, u, a, b, R, c, kind, bend, i):
-    """One Gauss-Newton step of a ray's direction, centre and poses as they are."""
+    """One Gauss-Newton step of a ray's direction, with fixed centre and poses."""
     aa = ab = bb = g_a = g_b = 0.0
     for j in range(len(points)):
         w = whitening[j, i]
@@ -276,7 +276,7 @@ def _whitened_rows(q, w, u, R, c, kind, bend, rest):
 def _add_own(rest, depth, R, a, b, at, row):
     """Add a point's part to its ray's row (2, p + 1); return that of the 2 x 2 block.
 
-    at: place of the grid's unknowns; the base has no w.
+    at: index of the grid's unknowns; the base has no w.
     """
     a_0 = depth * (rest[3, 0] * R[a, 0] + rest[4, 0] * R[a, 1] + rest[5, 0] * R[a, 2])
     a_1 = depth * (rest[4, 1] * R[a, 1] + rest[5, 1] * R[a, 2])
@@ -293,7 +293,7 @@ def _add_own(rest, depth, R, a, b, at, row):
 
 @compiled
 def _add_products(of_grid, own, total):
-    """Add the products of a batch's rows: of each grid, less those of the rays' own."""
+    """Add the products of a batch's rows: of each grid, minus those of the rays."""
     size = len(own) - 1
     for j in range(len(of_grid)):
         at = 6 * j - 3

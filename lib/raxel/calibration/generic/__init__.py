@@ -1,1 +1,1 @@
-"""Generic calibration, complete: a ray for every pixel, without a formula."""
+"""Complete generic calibration: per-pixel rays without a parametric model."""

@@ -1,9 +1,9 @@
-"""From the boards that begin to a camera: the other boards, their rays, the table.
+"""Growth of a generic calibration: the other boards, their rays, the table.
 
-What the generic methods have in common once centre and poses of three boards or more
-are known: the others one after the other, by the pose that the rays known so far give
-them, all poses adjusted each time, and in the end a ray for every pixel that a board
-covers.
+Common part of the generic methods after centre and poses of three boards or more are
+known. The others are added one after the other, with a pose from the known rays and an
+adjustment of all poses each time. In the end every pixel that a board covers gets a
+ray.
 """
 
 from typing import NamedTuple
@@ -21,9 +21,8 @@ from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import nearest_rotation, pose, transform
 
-# A ray for every pixel that a board covers: the table at the end of Algorithm 1.
-# Millions of pairs of a pixel and a board are summed up here, and nothing is kept of
-# them but nine numbers a pixel.
+# Ray of every pixel that a board covers: the table at the end of Algorithm 1. Millions
+# of pairs of a pixel and a board are summed, with nine numbers stored per pixel.
 
 
 ROWS_PER_BLOCK = 16  # of the table, handled at once
@@ -68,28 +67,45 @@ def _main_axes(xx, yy, zz, xy, xz, yz, x, y, z):
 
 
 MIN_N_COMMON_SAMPLES = 40  # coarse samples that two boards must share to be compared
-N_POSE_SAMPLES = 400  # samples a pose is found from
-MIN_INLIER_FRACTION = (
-    0.6  # share of those within INLIER_THRESHOLD_PX for a board to be taken in
-)
+N_POSE_SAMPLES = 400  # samples for the estimate of a pose
+# Samples within INLIER_THRESHOLD_PX, for a board to be added.
+MIN_INLIER_FRACTION = 0.6
 INLIER_THRESHOLD_PX = 3.0
 
 
 class GenericCalibration(NamedTuple):
-    """The camera and how it came about.
+    """Hold a generic camera and the course of its calibration.
 
-    camera: GeneralCamera; its frame has the centre as origin, z close to the ray of
-    mid-image and x along the image's u (as the rays of a plain fisheye fit best).
-    centre (3,): in the base board's frame; T_base_grid (m, 4, 4) and T_camera_grid
-    (m, 4, 4): poses of the boards in `used` (indices of views; those of the linear
-    stage come first, the very first is the base). left_out: {index: reason}.
-    share_with_ray: share of the image's pixels. rms_deg: root mean square angle between
-    rays and their points, of the rays that two or more of the used boards share, as
-    adjusted. linear: the LinearSolution or CgspSolution that it began with.
-    interpolation: for each view, "homographic" or "smooth", as taken, or "none" where
-    every pixel was read. grid_rms_deg (m,): as rms_deg, for each board alone.
-    weights (m,): of each board's points in the rays. pixels_of_one_grid: how many
-    pixels have a ray from the one board that they see.
+    Attributes
+    ----------
+    camera : GeneralCamera
+        The camera. Its frame has the centre as origin, z close to the ray of the image
+        centre and x along the image's u (best fit to the rays of an equidistance
+        fisheye).
+    centre : ndarray, shape (3,)
+        Camera centre in the base board's frame, mm.
+    T_base_grid, T_camera_grid : ndarray, shape (m, 4, 4)
+        Poses of the boards in `used`.
+    used : tuple of int
+        Indices of views; those of the linear stage come first, the first is the base.
+    left_out : dict
+        Reason by index of an excluded view.
+    share_with_ray : float
+        Fraction of the image's pixels with a ray.
+    rms_deg : float
+        Root mean square angle between rays and their points, degrees, of the rays that
+        two or more of the used boards share, as adjusted.
+    linear : LinearSolution or CgspSolution
+        Result of the linear stage.
+    interpolation : tuple of str
+        For each view "homographic" or "smooth", or "none" where every pixel was
+        decoded.
+    grid_rms_deg : ndarray, shape (m,)
+        As `rms_deg`, for each board.
+    weights : ndarray, shape (m,)
+        Weight of each board's points in the rays.
+    pixels_of_one_grid : int
+        Number of pixels with a ray from the only board that they see.
     """
 
     camera: GeneralCamera
@@ -108,14 +124,14 @@ class GenericCalibration(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Boards that the linear stage was solved with, and what came out."""
+    """Boards of the linear stage, and its result."""
 
     boards: tuple
     linear: LinearSolution | CgspSolution
 
 
 class Growth(NamedTuple):
-    """Boards taken in, their poses, ray directions of the samples, angles' RMS."""
+    """Added boards, their poses, ray directions of the samples, RMS angle."""
 
     boards: list
     T_base_grid: np.ndarray
@@ -126,7 +142,7 @@ class Growth(NamedTuple):
 
 
 class AdjustedBoards(NamedTuple):
-    """centre (3,), T_base_grid (m, 4, 4) of the boards taken in, directions (M, 3)."""
+    """centre (3,), T_base_grid (m, 4, 4) of the added boards, directions (M, 3)."""
 
     centre: np.ndarray
     T_base_grid: np.ndarray
@@ -168,7 +184,7 @@ def grown(samples, start, rng):
 def _posed(directions, points, rng, threshold):
     """Pose (4, 4) of one board from known rays, or None and the reason."""
     if len(points) < MIN_N_COMMON_SAMPLES:
-        return None, f"shares {len(points)} samples with the known rays; too few"
+        return None, f"{len(points)} samples in common with the known rays (too few)"
     picked = rng.permutation(len(points))[:N_POSE_SAMPLES]
     try:
         found = pose_from_rays(
@@ -179,8 +195,8 @@ def _posed(directions, points, rng, threshold):
     share = np.mean(found.inliers)
     if share < MIN_INLIER_FRACTION:
         return None, (
-            f"its pose agrees with {100 * share:.0f} % of the known rays to within"
-            f" {INLIER_THRESHOLD_PX:g} px; {100 * MIN_INLIER_FRACTION:.0f} % are needed"
+            f"its pose agrees with {100 * share:.0f} % of the known rays within "
+            f"{INLIER_THRESHOLD_PX:g} px (required: {100 * MIN_INLIER_FRACTION:.0f} %)"
         )
     return found.T_camera_grid.copy(), ""
 
@@ -224,14 +240,14 @@ def _flat(points):
 
 
 def completed(views, width, height, units, samples, growth, found, chosen):
-    """GenericCalibration from the boards chosen, as adjusted: table, frame, counts."""
+    """GenericCalibration from the chosen boards, as adjusted: table, frame, counts."""
     boards, centre = growth.boards, found.centre
     sines, shared = _angles(samples, boards, found)
     sines = np.where(shared, sines, np.nan)
     rms = np.sqrt(np.nanmean(sines**2, axis=1))
     weights = np.ones(len(boards))
     began = len(growth.start.boards)
-    # A pose that was found from rays adds to what its points are off.
+    # The error of a pose from rays adds to that of its points.
     weights[began:] = np.minimum(1.0, np.mean(rms[:began] ** 2) / rms[began:] ** 2)
     used = [views[k] for k in boards]
     table = ray_table(used, found.T_base_grid, centre, width, height, weights)
@@ -258,10 +274,10 @@ def completed(views, width, height, units, samples, growth, found, chosen):
 
 
 def _camera_axes(samples, directions, width, height):
-    """Rotation camera from base: z mid-image, x along u, as far as the rays tell.
+    """Rotation camera from base: z image centre, x along u, from the known rays.
 
-    The rotation that maps the known rays best to those of a plain fisheye whose angle
-    per pixel is theirs.
+    The rotation that maps the known rays best to those of an equidistance fisheye with
+    the same angle per pixel.
     """
     known = np.isfinite(directions[:, 0])
     offset = samples.pixels[known] - np.array([width - 1, height - 1]) / 2

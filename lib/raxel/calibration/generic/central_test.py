@@ -1,17 +1,16 @@
-"""Central or not: how far from one point the rays pass, and whether noise can do that.
+"""Test of centrality: distance of the rays from one point, compared with noise.
 
-A central camera's rays meet in one point. Rays that may be any lines fit the points
-better, if only because they have two more unknowns each. Two questions follow.
+The rays of a central camera meet in one point. Free lines always fit the points better,
+since they have two more unknowns each. Two questions follow.
 
-*Is it more than noise?* The sum of squares that the lines save over the central camera,
-per unknown that they have more, against what they leave, per degree of freedom: an F
-test. It takes the size of the noise from the lines themselves, so it needs no stated
-one. Errors of neighbouring pixels that a window has smoothed are not independent. A sum
-of their squares scatters as if there were fewer; the degrees of freedom are divided by
-that number.
+*Is the gain more than noise?* An F test compares the decrease of the sum of squares per
+additional unknown with the residual sum of squares per degree of freedom. It estimates
+the noise from the lines, so it needs no given one. Window averaging correlates the
+errors of neighbouring pixels, so a sum of their squares scatters as if there were
+fewer; the degrees of freedom are divided by that factor.
 
-*By how much?* The lines' squared distances from the best point, less the share that the
-noise of points and poses has in them.
+*How large is the distance?* The mean squared distance of the lines from the best point,
+minus the contribution of the noise of points and poses.
 """
 
 from __future__ import annotations
@@ -30,25 +29,25 @@ from raxel.errors import CalibrationError
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import inverse_pose
 
-# Whether a camera calibrated as central is one, by the views it was fitted to. The
-# same targets, the same poses to begin with, and a line of its own for each pixel of
-# a sample (`raxel.calibration.generic.central_test`). Pixels close together err
-# together: the decoder of an active grid averages over a window, and what is between
-# the corners of a board comes from those about it: a cell further on, errors have a
-# correlation of a quarter. So the sample takes pixels a window or a cell apart.
+# Test of whether a camera calibrated as central is central, on the views of its fit,
+# with the same targets and initial poses, and a free line for each pixel of a sample.
+# Nearby pixels have correlated errors: the decoder of an active grid averages over a
+# window, and points between the corners of a board are interpolated from them; one cell
+# apart, errors have a correlation of a quarter. So sampled pixels are a window or a
+# cell apart.
 
 
-MAX_N_OBSERVATIONS = 30_000  # pixel-view pairs, at most about
-DECODER_WINDOW_PX = 7  # side of the square that the decoder averages over
+MAX_N_OBSERVATIONS = 30_000  # approximate maximum number of pixel-view pairs
+DECODER_WINDOW_PX = 7  # side of the averaging window of the decoder
 
 
 def centrality_of_views(views, width, height, T_camera_grid):
     """CentralTest of a camera by the views that it was fitted to, or None.
 
-    views: BoardViews or DenseViews; width, height: the image in px; T_camera_grid
-    (n, 4, 4): their poses, in the frame of the camera's centre, where adjustments
-    begin. Active grids are tested with the standard deviations that they state. None
-    where too few pixels see three views for a test, or too many are far off.
+    views: BoardViews or DenseViews; width, height: image size, px; T_camera_grid
+    (n, 4, 4): their poses, in the frame of the camera's centre, initial values of the
+    adjustments. Active grids use their predicted standard deviations. None where too
+    few pixels see three views, or too many are outliers.
     """
     if all(view.every_pixel for view in views):
         alike_px = DECODER_WINDOW_PX
@@ -75,27 +74,39 @@ def _cell_area(view):
     return view.area() / ((view.columns - 1) * (view.rows - 1))
 
 
-MAX_N_RAYS = 10_000  # tested at most, spread evenly over those that see three grids
+MAX_N_RAYS = 10_000  # spread evenly over those that see three grids
 CENTRAL_P_THRESHOLD = 1e-3
-GROSS_SIGMAS = 8.0  # standard deviations of the points' distances from their lines
-MIN_CLEAN_FRACTION = (
-    0.8  # of the rays: with more gross errors, lines follow some of them
-)
-MAX_N_ROUNDS = 4  # in which rays with gross errors are left out
-CHI2_MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
-DOWNWEIGHT_RATIO = 4.0  # times the median variance: from here on a line counts less
+GROSS_SIGMAS = 8.0  # distance of a gross error from its line, in standard deviations
+# Of the rays: with more gross errors, lines follow some of them.
+MIN_CLEAN_FRACTION = 0.8
+MAX_N_ROUNDS = 4  # of the rejection of rays with gross errors
+CHI2_MEDIAN = 2 * np.log(2)  # two degrees of freedom
+DOWNWEIGHT_RATIO = 4.0  # times the median variance: beyond, a line has less weight
 NORMAL_QUANTILE_95 = ndtri(0.95)
 
 
 class CentralTest(NamedTuple):
-    """What `centrality_test` found.
+    """Hold the result of `centrality_test`.
 
-    p_value: how often noise alone makes lines fit so much better than rays through one
-    point. distance_mm: RMS distance of the lines from that point, the noise's share
-    taken off; 0 where noise explains it. at_least_mm, at_most_mm: its bounds, of 95 %
-    each. p_of_noise: how often the stated noise leaves so large residuals of the
-    central camera; noise_ratio: the noise that the lines show over the stated one; NaN
-    where none was stated. rays: tested; centre (3,): of the central camera.
+    Attributes
+    ----------
+    p_value : float
+        Probability under noise alone of so much better a fit of free lines than of rays
+        through one point.
+    distance_mm : float
+        RMS distance of the lines from that point, mm, without the contribution of
+        noise; 0 where noise explains it.
+    at_least_mm, at_most_mm : float
+        Its one-sided 95 % bounds, mm.
+    p_of_noise : float
+        Probability of so large residuals of the central camera under the given noise;
+        NaN without one.
+    noise_ratio : float
+        Noise of the lines over the given one; NaN without one.
+    rays : int
+        Number of tested rays.
+    centre : ndarray, shape (3,)
+        Centre of the central camera, mm.
     """
 
     p_value: float
@@ -109,7 +120,7 @@ class CentralTest(NamedTuple):
 
     @property
     def central(self):
-        """Whether nothing speaks against one centre."""
+        """Return whether the test does not reject one centre."""
         return self.p_value >= CENTRAL_P_THRESHOLD
 
     def __str__(self):
@@ -136,9 +147,9 @@ def centrality_test(
 ) -> CentralTest:
     """Test whether the rays of a camera meet in one point.
 
-    Rays with a point GROSS_SIGMAS standard deviations or more from their line are excluded. Of
-    more than MAX_N_RAYS rays every k-th is tested, which reduces the correlation of
-    neighbours.
+    Rays with a point GROSS_SIGMAS standard deviations or more from their line are
+    excluded. Of more than MAX_N_RAYS rays every k-th is tested, which reduces the
+    correlation of neighbours.
 
     Parameters
     ----------
@@ -170,7 +181,8 @@ def centrality_test(
     rays = np.flatnonzero(np.count_nonzero(seen, axis=0) >= 3)
     if len(rays) < 10:
         raise CalibrationError(
-            f"central or not: {len(rays)} rays see three grids; ten or more are needed",
+            f"central or not: {len(rays)} rays see three grids; ten or more are "
+            "required",
             code="too-few-rays",
         )
     step = -(-len(rays) // MAX_N_RAYS)
@@ -195,15 +207,15 @@ def centrality_test(
         chosen, rays, rounds = chosen[:, keep], rays[keep], rounds + 1
         if len(rays) < least:
             raise CalibrationError(
-                f"central or not: {len(rays)} rays are left without those that gross "
-                "errors are seen in; those unseen would be taken for a distance",
+                f"central or not: {len(rays)} rays are free of gross errors, too few "
+                "for the test; check the points",
                 code="too-few-rays",
             )
     return _judged(central, lines, alike, sigma is not None)
 
 
 def _without_gross_errors(points, central, lines):
-    """(N,) bool: rays whose points are all near their line, as noise leaves them."""
+    """(N,) bool: rays whose points are all near their line, within the noise."""
     w = np.moveaxis(central.whitening.astype(float), 2, 0)
     off = np.stack(
         [
@@ -219,11 +231,13 @@ def _without_gross_errors(points, central, lines):
 
 
 def correlation(window, step=1):
-    """By how much squares of errors averaged over a square scatter more than alone.
+    """Ratio of the scatter of squared errors, averaged over a square, to independent
+    ones.
 
     The errors of pixels k and m apart along the axes have the correlation
-    (1 - k / window)(1 - m / window); a sum of squares scatters more by the sum of these
-    squared. With every `step`-th pixel only, it is that much less, but 1 at least.
+    (1 - k / window)(1 - m / window); the variance of a sum of squares grows by the sum
+    of these squared. With every `step`-th pixel only, it is that much less, but at
+    least 1.
     """
     apart = np.arange(-window + 1, window)
     along = np.sum((1 - np.abs(apart) / window) ** 2)
@@ -260,7 +274,7 @@ def _judged(central, lines, alike, stated):
 def _squared_distance(central, lines, alike):
     """Mean squared distance from one point without the noise's share, and its SD.
 
-    All lines count alike, but for those whose points hardly tell where they pass.
+    All lines have equal weight, except those with poorly determined offsets.
     """
     used = lines.used
     b, own = lines.offsets[used], lines.offset_covariance[used]
@@ -268,7 +282,7 @@ def _squared_distance(central, lines, alike):
     variance = np.trace(own, axis1=1, axis2=2) / 2
     weight = np.minimum(1.0, DOWNWEIGHT_RATIO * np.median(variance) / variance) ** 2
     weight /= weight.sum()
-    # The best point is three more unknowns that the offsets lose.
+    # The best point takes three unknowns from the offsets.
     normal = np.einsum("n,nka,nla->kl", weight, axes, axes)
     pull = np.einsum("n,nka,na->k", weight, axes, b)
     inverse = np.linalg.inv(normal)
@@ -277,7 +291,7 @@ def _squared_distance(central, lines, alike):
     follows = follows - np.swapaxes(axes, 1, 2) @ (inverse @ turned)
     together = np.einsum("n,nap,naq->pq", weight, follows, follows) @ lines.covariance
     noise = 2 * np.sum(weight * variance) + np.trace(together)
-    # Left out: what the three unknowns take from the noise, 3 / N of it.
+    # Neglected: the share 3 / N of the noise that the three unknowns absorb.
     square = float(np.sum(weight * np.sum(b**2, axis=1)) - noise)
     alone = np.sum(weight**2 * np.einsum("nab,nab->n", own, own)) * alike
     signal = np.clip(np.einsum("na,nb->nab", b, b) - own, 0, None)

@@ -1,10 +1,10 @@
 """Central cameras by a synthetic pinhole, complete: CGSP (thesis chapter 4).
 
-As Algorithm 1 of `raxel.calibration.generic.standard`, with another beginning: all
-boards that overlap one of them, the base, are solved for at once by the linear stage of
-`raxel.calibration.linear.cgsp`, which leaves out wrong points, and an adjustment moves
-the centre too. Boards that do not overlap the base get their poses from the rays.
-
+As Algorithm 1 of `raxel.calibration.generic.standard`, with another start: the linear
+stage of `raxel.calibration.linear.cgsp` solves for all boards that overlap one of them,
+the base, at once and excludes outliers, and an adjustment also moves the centre. Boards
+that do not overlap the base get their poses from the rays. Source: thesis sections 4.1
+and 4.2.
 Source: thesis sections 4.1 and 4.2.
 """
 
@@ -48,8 +48,8 @@ from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
-MAX_N_DENSE_OBSERVATIONS = 3_000_000  # pixel-grid pairs computed with, of active grids
-MAX_N_BASE_BOARDS = 3  # boards compared as the base, those that overlap the most first
+MAX_N_DENSE_OBSERVATIONS = 3_000_000  # pixel-grid pairs of active grids
+MAX_N_BASE_BOARDS = 3  # boards compared as the base, those with the most overlap first
 
 
 def calibrate_cgsp(
@@ -116,7 +116,7 @@ def calibrate_cgsp(
 
 
 def _adjusted(views, samples, growth):
-    """Centre, poses and rays together; wrong points count little."""
+    """Centre, poses and rays together, with a small weight of outliers."""
     points, seen = samples.points[growth.boards], samples.seen[growth.boards]
     sigma = None
     if all(view.every_pixel for view in views):
@@ -137,7 +137,7 @@ def _as_grown(samples, growth):
 
 
 def _start(samples, side, pinhole, rng):
-    """The Start whose base determines the centre best, of the bases tried."""
+    """Start whose base determines the centre best, of the bases tried."""
     common = samples.seen.astype(int) @ samples.seen.T
     np.fill_diagonal(common, 0)
     overlaps = common >= MIN_N_COMMON_SAMPLES
@@ -155,7 +155,8 @@ def _start(samples, side, pinhole, rng):
             break
     if not starts:
         raise CalibrationError(
-            f"CGSP: no three boards begin: {failures[0]}", code=failures[0].code
+            f"CGSP: no three boards give a start ({failures[0]}); take more images",
+            code=failures[0].code,
         )
     return max(starts, key=lambda start: start.linear.margin)
 
@@ -174,8 +175,8 @@ def _linear(samples, boards, side, pinhole, rng):
         raise failures[0]
     if len(kept) < 3:
         raise CalibrationError(
-            "no board overlaps two others in the image; take more images whose boards"
-            " share an area",
+            "no board overlaps two others in the image; take more images whose boards "
+            "share an area",
             code="no-overlap",
         )
     solution = solve_homographies(
@@ -184,23 +185,33 @@ def _linear(samples, boards, side, pinhole, rng):
     return Start(tuple(boards[k] for k in kept), solution)
 
 
-# A central camera from decoded grids, by the protocol of section 4.3.1. The first
-# grids make the linear stage, and the standard method adjusts their poses while the
-# centre stays. Each further grid is placed from the rays that are known so far, and
-# extends what is calibrated. The order is that of the grids: a base or a beginning is
-# not looked for (`raxel.calibration.generic.cgsp` and `standard` do).
+# Central camera from decoded grids, by the protocol of section 4.3.1. The first grids
+# give the linear stage, and the standard method adjusts their poses with a fixed
+# centre. Each further grid gets a pose from the known rays and extends the calibrated
+# area. The order is that of the grids, without a search for a base
+# (`raxel.calibration.generic.cgsp` and `standard` search).
 
 
-# A point is taken for right that lies off its ray by so many times the usual.
+# Distance of an inlier from its ray, over the usual distance.
 INLIER_RATIO = 5.0
 MIN_INLIER_THRESHOLD_MM = 0.5
 
 
 class CentralCalibration(NamedTuple):
-    """centre (3,) and T_base_grid (n, 4, 4) in the frame of the first grid, mm.
+    """Hold the result of `calibrate_central`.
 
-    directions: (N, 3) unit, NaN for rays that see no grid in `used`. used: indices of
-    the grids that have a pose; failed: {index: reason}.
+    Attributes
+    ----------
+    centre : ndarray, shape (3,)
+        Camera centre in the frame of the first grid, mm.
+    T_base_grid : ndarray, shape (n, 4, 4)
+        Poses of the grids in the frame of the first one, mm.
+    directions : ndarray, shape (N, 3)
+        Unit directions, NaN for rays that see no grid in `used`.
+    used : tuple of int
+        Indices of the grids with a pose.
+    failed : dict
+        Reason by index of a grid without a pose.
     """
 
     centre: np.ndarray
@@ -316,7 +327,7 @@ def calibrate_central(
 
 
 def _distances(points, seen, start, rays):
-    """Distances (M,) mm of points from their rays, of rays that two grids share."""
+    """Distances (M,) mm of points from their rays, for rays that two grids share."""
     shared = seen & (np.sum(seen, axis=0) >= 2)
     return np.concatenate(
         [

@@ -1,9 +1,8 @@
-"""The general calibration method: grids in known poses, one line per pixel (2.3.3).
+"""General calibration method: grids in known poses, one line per pixel (2.3.3).
 
-A pixel sees one point on each of two planar grids whose relative pose is known; the
-join of the two points is its ray. Nothing is asked of the other pixels, so any optics
-will do, central or not, smooth or in facets. The price is the motion: the rays are as
-good as the poses.
+A pixel sees one point on each of two planar grids with a known relative pose; the join
+of the two points is its ray. Pixels are independent, so the optics may be non-central,
+smooth or faceted. The price is the motion: the rays are as accurate as the poses.
 
 Source: M. D. Grossberg and S. K. Nayar, ICCV 2001, doi:10.1109/ICCV.2001.937611.
 """
@@ -21,8 +20,8 @@ from raxel.geometry.planes import pluecker_matrix_of_rays
 from raxel.geometry.poses import inverse_pose, transform
 
 BLOCK = 1 << 16  # rays handled at once, which bounds the temporaries
-ORTHOGONALITY_TOL = 1e-6  # largest error of R^T R of a pose that is taken as rigid
-# Two points, or two planes, closer than this share of the grids' size are one.
+ORTHOGONALITY_TOL = 1e-6  # largest entry of R^T R - I of a rigid pose
+# Distance of two points or planes that count as one, over the grids' size.
 COINCIDENCE_TOL = 1e-9
 
 
@@ -125,19 +124,19 @@ def rays_from_known_motion(
 
 
 def _join(p, seen):
-    """The line of each pixel through its points p (n, N, 3), as KnownMotionRays."""
+    """Line of each pixel through its points p (n, N, 3), as KnownMotionRays."""
     weight = seen.astype(float)[..., None]
     number = weight.sum(axis=0)
     middle = (weight * p).sum(axis=0) / np.maximum(number, 1.0)
     q = weight * (p - middle)
-    # The direction of least squares is the dominant axis of the second moments.
+    # The least-squares direction is the dominant axis of the second moments.
     along = np.linalg.eigh(np.einsum("kni,knj->nij", q, q))[1][..., 2]
     first, last = _point_of(p, np.argmax(seen, axis=0)), _point_of(p, _last(seen))
-    # Two points need no fit, and their difference has no rounding of moments.
+    # For two points, their difference avoids the rounding of moments.
     along = np.where(number == 2, last - first, along)
     length = np.linalg.norm(along, axis=1, keepdims=True)
     size = np.sqrt((weight * p**2).sum(axis=(0, 2)))
-    # Points of first and last grid in one place leave the sense of the ray open.
+    # Equal points of first and last grid leave the sense of the ray undetermined.
     spread = np.linalg.norm(last - first, axis=1)
     valid = (number[:, 0] >= 2) & (spread > COINCIDENCE_TOL * size)
     along = along / np.where(valid[:, None], length, np.nan)
@@ -155,7 +154,7 @@ def _last(seen):
 
 
 def _point_of(p, grid):
-    """Points (N, 3) of p (n, N, 3), each on the grid of its own number (N,)."""
+    """Points (N, 3) of p (n, N, 3), each on the grid of its own index (N,)."""
     return p[grid, np.arange(p.shape[1])]
 
 
@@ -165,27 +164,27 @@ def _checked(
     points, poses = np.asarray(points, float), np.asarray(T_base_grid, float)
     if points.ndim != 3 or points.shape[2] != 2 or len(points) < 2:
         raise InputError(
-            f"known motion: field 'points': shape {points.shape} found; (n, N, 2) with"
-            " two or more grids needed"
+            f"known motion: field 'points': found shape {points.shape}; give (n, N, 2) "
+            "with two or more grids"
         )
     if poses.shape != (len(points), 4, 4):
         raise InputError(
-            f"known motion: field 'T_base_grid': shape {poses.shape} found;"
-            f" {(len(points), 4, 4)} needed, one pose per grid"
+            f"known motion: field 'T_base_grid': found shape {poses.shape}; give "
+            f"{(len(points), 4, 4)}, one pose per grid"
         )
     _check_rigid(poses)
     finite = np.isfinite(points).all(axis=2)
     seen = finite if seen is None else np.asarray(seen)
     if seen.shape != finite.shape or seen.dtype != bool:
         raise InputError(
-            f"known motion: field 'seen': {seen.dtype} {seen.shape} found; bool"
-            f" {finite.shape} needed"
+            f"known motion: field 'seen': found {seen.dtype} {seen.shape}; give bool "
+            f"{finite.shape}"
         )
     seen = seen & finite
     if not np.any(seen.sum(axis=0) >= 2):
         raise CalibrationError(
-            "known motion: no pixel sees two grids; move the grids until they overlap"
-            " in the image",
+            "known motion: no pixel sees two grids; move the grids until they overlap "
+            "in the image",
             code="no-overlap",
         )
     _check_apart(points, poses, seen)
@@ -205,13 +204,13 @@ def _check_rigid(poses):
     )
     if not good.all():
         raise InputError(
-            f"known motion: field 'T_base_grid': pose {np.argmin(good)} is not rigid;"
-            " give a rotation and a translation"
+            f"known motion: field 'T_base_grid': pose {np.argmin(good)} is not rigid; "
+            "give a rotation and a translation"
         )
 
 
 def _check_apart(points, poses, seen):
-    """Raise InputError where the points of one grid lie in the plane of another."""
+    """Raise InputError where points of one grid are in the plane of another."""
     for i, j in itertools.combinations(range(len(poses)), 2):
         both = seen[i] & seen[j]
         if not both.any():
@@ -222,6 +221,6 @@ def _check_apart(points, poses, seen):
         size = max(np.abs(points[[i, j]][:, both]).max(), np.abs(T[:3, 3]).max())
         if np.abs(height).max() <= COINCIDENCE_TOL * size:
             raise InputError(
-                f"known motion: field 'T_base_grid': grids {i} and {j} lie in one"
-                " plane, so their points give no ray; move one of them"
+                f"known motion: field 'T_base_grid': grids {i} and {j} are in one "
+                "plane (no rays); move one of them"
             )

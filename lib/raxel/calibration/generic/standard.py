@@ -1,14 +1,14 @@
-"""The standard generic method for central cameras, complete: Algorithm 1 (section 2.4).
+"""Standard generic method for central cameras, complete: Algorithm 1 (section 2.4).
 
-Chessboards in any pose, no camera model: points by interpolation between corners (the
-thesis's is "homographic", the default takes a smooth one where cells are bent) or as
-pixels have read them from an active grid, centre and poses of three boards linearly,
-bundle adjustment, the other boards one after the other by three-point pose on the rays
-known so far, bundle adjustment over all, and a ray for every pixel that a board covers.
+Input are chessboards in any pose, without a camera model. Points come from
+interpolation between corners (in the thesis "homographic"; by default a smooth one for
+bent cells) or from decoded pixels of an active grid. Steps: linear centre and poses of
+three boards, bundle adjustment, the other boards one after the other by three-point
+pose on the known rays, bundle adjustment over all, and a ray for every covered pixel.
 
-Nothing here knows the truth. Which three boards begin is decided by how well they
-determine the centre (the margin of the linear stage), then by what they lead to: the
-most boards that agree, with the smallest angles between rays and points.
+Ground truth is not used. The first three boards are selected by how well they determine
+the centre (margin of the linear stage), then by their results: the most boards that
+agree, with the smallest angles between rays and points.
 
 Sources: thesis section 2.4; P. Sturm and S. Ramalingam, ECCV 2004,
 doi:10.1007/978-3-540-24671-8_1.
@@ -48,7 +48,7 @@ from raxel.calibration.views.interpolation import interpolated_view
 from raxel.errors import CalibrationError
 
 MAX_N_OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment
-COARSE_STEP = 2  # while boards are chosen, every second sample each way will do
+COARSE_STEP = 2  # sampling step per axis during the selection of boards
 MAX_N_BOARDS_PER_BASE = 12  # boards that are tried with one base
 MAX_N_STARTS = 3  # first triples tried, each with another base
 
@@ -110,12 +110,24 @@ def calibrate_generic(
 
 
 class ComparedBoards(NamedTuple):
-    """Boards whose points are known at pixels, and how well three determine a centre.
+    """Hold boards with points at pixels, and how well triples determine a centre.
 
-    views, interpolation: with points between the corners, and how each view got them;
-    width, height: of the image; samples, coarse: BoardSamples, all and those that
-    boards are chosen by; pairs: {(base, other): GridPair}; triples: (base, j, k), the
-    best determined first, of each base; refused: why other triples determine none.
+    Attributes
+    ----------
+    views : list of BoardView or DenseView
+        Views with points between the corners.
+    interpolation : list of str
+        Interpolation of each view.
+    width, height : int
+        Image size, px.
+    samples, coarse : BoardSamples
+        All samples, and those for the selection of boards.
+    pairs : dict
+        GridPair by (base, other).
+    triples : list of tuple
+        Triples (base, j, k) of each base, the best determined first.
+    refused : list
+        Reasons why other triples determine no centre.
     """
 
     views: tuple
@@ -201,7 +213,9 @@ def calibrate_compared(
         `linear` is neither of the two.
     """
     if linear not in ("well conditioned", "as printed"):
-        raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
+        raise ValueError(
+            f"linear: found {linear!r}; give 'well conditioned' or 'as printed'"
+        )
     growths, failures = [], []
     for start in _starts(boards, linear, side)[:MAX_N_STARTS]:
         try:
@@ -233,12 +247,13 @@ def calibrate_compared(
 
 
 def filled_views(views, interpolation):
-    """Three views or more with points between their corners, and how each got them."""
+    """Three views or more with points between their corners, and their
+    interpolation."""
     views = [check_view(view) for view in views]
     if len(views) < 3:
         raise CalibrationError(
-            f"generic calibration: boards to calibrate with: {len(views)}; three or"
-            " more overlapping boards at different tilts are needed",
+            f"generic calibration: found {len(views)} boards; give three or more that "
+            "overlap at different tilts",
             code="too-few-grids",
         )
     filled = [interpolated_view(view, interpolation) for view in views]
@@ -251,7 +266,7 @@ def filled_views(views, interpolation):
 def _starts(boards, linear, side):
     """Starts with different bases, the best determined first.
 
-    Raises CalibrationError with the reason that stopped most when there is none.
+    Raises CalibrationError with the most frequent reason when there is none.
     """
     starts, failures = [], [*boards.refused]
     for triples in boards.triples:
@@ -265,14 +280,16 @@ def _starts(boards, linear, side):
             break
     if not starts and not failures:
         raise CalibrationError(
-            "generic calibration: no board overlaps two others in the image; take more"
-            " pictures whose boards share an area",
+            "generic calibration: no board overlaps two others in the image; take more "
+            "images whose boards share an area",
             code="no-overlap",
         )
     if not starts:
         reason = max(set(failures), key=lambda text: (failures.count(text), text))
         raise CalibrationError(
-            f"generic calibration: no three boards begin: {reason}", code="no-start"
+            f"generic calibration: no three boards give a start ({reason}); take more "
+            "images",
+            code="no-start",
         )
     return sorted(starts, key=lambda start: -start.linear.margin)
 
@@ -331,5 +348,5 @@ def _grid_pairs(samples):
                 points[a][both], points[b][both], similarities[a], similarities[b]
             )
         except CalibrationError:
-            continue  # a strip of points: as good as no overlap
+            continue  # a strip of points does not determine a homography
     return pairs

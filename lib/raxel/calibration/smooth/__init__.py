@@ -1,1 +1,1 @@
-"""Smooth rays: a lens formula, and a smooth field of what it leaves."""
+"""B-spline ray fields: a parametric model plus a smooth field of its residuals."""

@@ -1,12 +1,12 @@
-"""Smooth rays directly from corners: field and poses of all boards at once.
+"""B-spline ray field from corners: field and poses of all boards at once.
 
-No interpolated cells and no table in between. Gauss-Newton steps on the equations of
-`raxel.calibration.smooth.equations`. What a rotation of all rays does to corners, all
-poses together undo: of the three such rotations the field has no part, over the
-corners.
+There are no interpolated cells and no table. Gauss-Newton solves the equations of
+`raxel.calibration.smooth.equations`. A rotation of all rays is equivalent to an
+opposite rotation of all poses: the field contains none of the three rotations, on
+average over the corners.
 
-How fine and how smooth the field is decide boards that are kept out, whose poses alone
-are fitted anew. Tukey's biweight leaves wrong corners out in the end.
+Resolution and smoothness of the field are selected by cross-validation on held-out
+boards, whose poses alone are refitted. Tukey's biweight excludes outliers in the end.
 """
 
 from __future__ import annotations
@@ -31,15 +31,13 @@ from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
-CELLS = (4, 8, 16)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell, from both START_INDICES on
+CELLS = (4, 8, 16)  # along the image's longer side, tried in this order
+SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell; search from START_INDICES
 START_INDICES = 5, 9
-MAX_N_FOLDS = 6  # of boards, kept out in turn
-OUTLIER_SCALES, RAYLEIGH_MEDIAN = (
-    6.0,
-    1.1774,
-)  # of the biweight; median distance at unit scale
-# Scales below which no corner counts as wrong: before there is a field, and with it.
+MAX_N_FOLDS = 6  # of the boards, for cross-validation
+# Scales at which the biweight is zero, and median distance at unit scale.
+OUTLIER_SCALES, RAYLEIGH_MEDIAN = 6.0, 1.1774
+# Minimum scales for outlier rejection: without a field, and with it.
 FIRST_SCALE_PX, MIN_SCALE_PX = 0.5, 0.05
 MAX_N_STEPS, STEP_TOL_PX = 30, 1e-5
 SELECTION_STEPS = (2, 5)  # steps at which cells and smoothness are chosen
@@ -148,8 +146,8 @@ def adjust_spline(
 def _stacked(boards):
     if len(boards) < 2:
         raise CalibrationError(
-            f"smooth rays: boards to adjust with: {len(boards)}; two or more are"
-            " needed",
+            f"smooth rays: found {len(boards)} boards for the adjustment; give two or "
+            "more",
             code="too-few-grids",
         )
     pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
@@ -162,8 +160,8 @@ def _check(linear, corners, count):
     imaged = np.bincount(corners.board[linear.imaged], minlength=count)
     for k in np.flatnonzero(imaged < MIN_N_CORNERS):
         raise CalibrationError(
-            f"smooth rays: board {k}: the trend images {imaged[k]} of its corners;"
-            f" {MIN_N_CORNERS} are needed",
+            f"smooth rays: board {k}: the trend images {imaged[k]} of its corners; at "
+            f"least {MIN_N_CORNERS} are required",
             code="too-few-points",
         )
 
@@ -184,7 +182,7 @@ def _weights(off, early):
 
 
 def _chosen(corners, linear, weights, grids, part):
-    """The _Choice that predicts kept-out boards best."""
+    """_Choice with the best prediction of held-out boards."""
     best, held_out = (np.inf, None, None), {}
     total = 2 * weights.sum()
     for grid in grids:
@@ -193,14 +191,14 @@ def _chosen(corners, linear, weights, grids, part):
         held_out[0] = float(np.sqrt(2 * max(of.squares.sum(), 0) / total))
         held_out[grid.cells] = float(np.sqrt(2 * max(score, 0) / total))
         if not score < best[0]:
-            break  # still finer cells follow the noise even more
+            break  # finer cells follow the noise even more
         best = score, grid, smoothness
     return _Choice(best[1], best[2], held_out)
 
 
 def _best_smoothness(of, grid):
-    """(score, smoothness): the better end of two ways downhill. Where the trend is
-    nearly enough, a rise lies between it and the field that serves."""
+    """(score, smoothness): the better result of two descents. For a nearly sufficient
+    trend, a maximum separates it from the useful field."""
 
     parts = linear_part.normal_parts(of, grid)
 
@@ -251,8 +249,8 @@ def _completed(trend, T, corners, control, choice, of, steps, width, height):
 
 
 def _inverse(of, grid, smoothness):
-    """Inverse (2K, 2K) of the normal matrix, polynomials free, and the number of
-    parameters that the data determine."""
+    """Inverse (2K, 2K) of the normal matrix, polynomials free, and the effective number
+    of parameters."""
     free = free_polynomials(grid.shape)
     penalised = grid.penalty @ free
     left = grid.penalty - penalised @ np.linalg.solve(free.T @ penalised, penalised.T)

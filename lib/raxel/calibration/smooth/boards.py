@@ -1,10 +1,10 @@
-"""A camera of smooth rays from pictures of boards or active grids, without a guess.
+"""Camera with a B-spline ray field from boards or active grids, without a guess.
 
-The trend is a lens formula fitted to the same boards, of the laws that lead to a
-camera; where the tests propose a pupil that moves, that is one more. Where none leads
-to a camera, it is the radial law nearest to the rays of the generic method. The
-field on top of it is fitted to the corners themselves. Of several trends that one is
-taken on which kept-out boards are predicted best.
+The trend is a lens model fitted to the same boards, for each law that leads to a
+camera. If the tests support an entrance-pupil shift, that model is one more trend. If
+no law leads to a camera, the trend is the radial law closest to the rays of the generic
+method. The field on top of it is fitted to the corners. Among several trends the one
+with the best prediction of held-out boards is selected.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
 
-MAX_N_TREND_RAYS = 2000  # rays of a table that a trend is fitted to
-SHARE_STEP_PX = 8  # of the pixels that shares of the image are counted with
+MAX_N_TREND_RAYS = 2000  # rays of a table for the fit of a trend
+SHARE_STEP_PX = 8  # of the pixels that determine shares of the image
 
 
 class SplineCalibration(NamedTuple):
@@ -97,7 +97,7 @@ class _Start(NamedTuple):
     board: BoardTest | None
 
     def solid(self, points):
-        """Points (N, 3) of stated ones (N, 2), by the shape that the trend took."""
+        """Points (N, 3) of nominal ones (N, 2), with the board shape of the trend."""
         return self.board.taken.points(points) if self.board else on_plane(points)
 
 
@@ -146,15 +146,14 @@ def calibrate_spline(
             starts = [_generic_start(views, width, height, rng, units, side)]
         except CalibrationError as fault:
             raise CalibrationError(
-                "smooth rays: no trend to begin with: "
-                + "; ".join([*faults, str(fault)]),
+                "smooth rays: no trend: " + "; ".join([*faults, str(fault)]),
                 code="no-lens-formula",
             ) from None
     fields = []
     for start in starts:
         try:
             fields.append(_laid(start, corners, width, height))
-        except InputError as fault:  # a field so steep that it makes no camera, too
+        except InputError as fault:  # also a field too steep for a camera
             faults.append(str(fault))
     if not fields:
         raise CalibrationError(f"smooth rays: {faults[-1]}", code="no-camera")
@@ -188,7 +187,7 @@ def _generic_start(views, width, height, rng, units, side):
 
 
 def _laid(start, corners, width, height):
-    """The field on one trend, of the boards of which it images enough: _Laid."""
+    """_Laid: the field on one trend, from boards with enough imaged corners."""
     used, left_out = [], dict(start.left_out)
     for k, T in start.T_camera_grid.items():
         solid = start.solid(corners[k][1])
@@ -220,9 +219,9 @@ def _completed(laid, width, height):
     )  # fmt: skip
 
 
-# The lens formula nearest to given rays: what a smooth field is laid upon. Kannala
-# and Brandt's radial law (2.9) about a free axis and centre, fitted in px, with
-# Cauchy's loss, so that wrong rays pull little.
+# Lens model closest to given rays, as the trend of a smooth field. Kannala and Brandt's
+# radial law (2.9) about a free axis and centre, fitted in px, with Cauchy's loss
+# against outliers.
 
 
 MAX_N_TERMS = 5
@@ -276,7 +275,7 @@ def trend_of_rays(
     """
     if len(pixels) < MIN_N_RAYS:
         raise CalibrationError(
-            f"trend of rays: found {len(pixels)} rays; {MIN_N_RAYS} are needed",
+            f"trend of rays: found {len(pixels)} rays; give at least {MIN_N_RAYS}",
             code="too-few-rays",
         )
     start, R = _start(pixels, directions, width, height)
@@ -294,7 +293,8 @@ def trend_of_rays(
         start[: len(values)] = values
     if not fits:
         raise CalibrationError(
-            "trend of rays: no radial law is near these rays", code="no-lens-formula"
+            "trend of rays: no radial law fits these rays; use a generic camera",
+            code="no-lens-formula",
         )
     return max(fits, key=lambda fit: fit[:2])[2]
 
@@ -306,10 +306,10 @@ def _passes_pi(values, corners):
 
 
 def _start(pixels, directions, width, height):
-    """Values (7 + MAX_N_TERMS,) of r = theta and the rotation of an axis at mid-image.
+    """Values (7 + MAX_N_TERMS,) of r = theta and the rotation of the initial axis.
 
-    The axes that map the rays best to those of an equidistance lens; its focal length
-    by the angles between rays and the one in the middle.
+    The axes map the rays best to those of an equidistance lens; its focal length
+    follows from the angles between rays and the one in the image centre.
     """
     middle = (np.array([width, height]) - 1) / 2
     offset = pixels - middle
@@ -357,7 +357,7 @@ def _fitted(pixels, directions, start):
 
 
 def _imaged(directions, values):
-    """Pixels (N, 2) of directions by the polynomial, even where it does not rise."""
+    """Pixels (N, 2) of directions by the polynomial, even where it decreases."""
     d = directions @ rotation_from_vector(values[:3]).T
     across = np.hypot(d[:, 0], d[:, 1])
     theta = np.arctan2(across, d[:, 2])

@@ -1,18 +1,18 @@
 """Linear equations of a smooth field and the poses of boards, poses eliminated.
 
-With its board posed, a corner's point is imaged by the trend at q, and by the camera at
-the place p that has p + s(p) = q (`raxel.cameras.tables.ray_spline`). The corner was
-found at p + e. When control values change s by ds, and a pose moves q by dq,
+For a given board pose, the trend images a corner's point at q, and the camera images it
+at p with p + s(p) = q (`raxel.cameras.tables.ray_spline`). The corner was detected at
+p + e. When control values change s by ds, and a pose moves q by dq,
 
     e changes by (I + s'(p))^-1 (ds(p) - dq).
 
-All is taken at p, not where the corner was found: a field that is read at noisy places
-follows their noise, and what boards hardly determine (a scale against all depths) then
-comes out wrong, the more so the more corners there are.
+All terms are evaluated at p, not at the detected corner: a field evaluated at noisy
+positions follows their noise, and weakly determined parameters (a scale against all
+depths) are then biased, the more so the more corners there are.
 
-Each board's six pose parameters occur in its own equations alone and are eliminated
-from them. What is left of a board is a quadratic form: what the field costs once that
-board's pose alone is fitted to it.
+Each board's six pose parameters occur in its own equations only and are eliminated from
+them. The remainder of a board is a quadratic form: the cost of the field after a refit
+of that board's pose.
 """
 
 from functools import lru_cache
@@ -30,20 +30,19 @@ from raxel.cameras.tables.interpolation import (
 )
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 
-# What is expected of a smooth field before anything is measured. Squared second
-# differences of neighbouring control values count against it, and a share TIE_WEIGHT of the
-# values' own squares. Control values about whose middle nothing was measured are tied
-# to zero besides: so the field fades where there is no target, and the rays to the
-# trend's. When errors are stated that tie does not count. In a table of rays that tie
-# is FAR_TIE_WEIGHT of what the data of a cell would weigh: data of which such a value sees a
-# tail determine it less than that. Corners of boards are few, and every tail counts:
-# there the tie is FADE_TIE_WEIGHT times their own squares, and weakens with all else that is
-# expected where corners are exact. Tied firmly next to data that know it well, a
-# field would be bent among them. Polynomials to the third degree count as unknown
-# when errors are stated: a trend that was fitted to the same data has such errors,
-# which no smoothness takes away. Sources: P. Eilers and B. Marx 1996,
-# doi:10.1214/ss/1038425655 (penalised splines); G. Wahba 1983,
-# doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a fit).
+# Prior of a smooth field. It penalises squared second differences of neighbouring
+# control values, and a share TIE_WEIGHT of the values' own squares. Control values
+# without measurements near their middle are tied to zero: the field fades where there
+# is no target, and the rays approach those of the trend. Reported errors do not use
+# that tie. In a table of rays the tie is FAR_TIE_WEIGHT of the weight of the data of a
+# cell: data in the tail of such a value determine it less than that. Corners of boards
+# are few, and every tail counts: there the tie is FADE_TIE_WEIGHT times their squares,
+# and it weakens with the other priors where corners are exact. A strong tie next to
+# precise data would bend the field between them. Reported errors treat polynomials to
+# the third degree as unknown: a trend fitted to the same data has such errors, which no
+# smoothness removes. Sources: P. Eilers and B. Marx 1996, doi:10.1214/ss/1038425655
+# (penalised splines); G. Wahba 1983, doi:10.1111/j.2517-6161.1983.tb01239.x (the
+# covariance of such a fit).
 
 
 TIE_WEIGHT, FAR_TIE_WEIGHT, FADE_TIE_WEIGHT = 1 / 4, 1e-3, 1.0
@@ -66,10 +65,10 @@ def penalty_matrix(shape):
 
 
 def far_from_data(covered):
-    """(K,) bool: control values about whose middle no cell is covered.
+    """(K,) bool: control values without a covered cell near their middle.
 
-    covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells
-    beyond the image count as their neighbours in it.
+    covered: (rows - 3, columns - 3) bool, cells with measurements. Cells outside the
+    image count as their neighbours in it.
     """
     framed = np.pad(covered, 2, mode="edge")
     pairs = framed[:-1] | framed[1:]
@@ -110,10 +109,10 @@ def node_places(shape, spacing):
     return np.stack([u, v], axis=-1)
 
 
-# A smooth field fitted to values at pixels: sums over millions, then few unknowns.
-# The field is `raxel.cameras.tables.interpolation`'s. Least squares needs of the data
-# no more than a band of the normal matrix, which is summed up pixel by pixel, in as
-# many parts as are kept out in turn.
+# Smooth field fitted to values at pixels: sums over millions, then few unknowns. The
+# field is that of `raxel.cameras.tables.interpolation`. Least squares needs only a band
+# of the normal matrix, which is summed pixel by pixel, separately for each fold of the
+# cross-validation.
 
 
 class FieldSums:
@@ -121,7 +120,7 @@ class FieldSums:
 
     normal: (parts, rows, columns, 4, 7), products of a control value's share with those
     0 to 3 rows on and -3 to 3 columns on; right: (parts, rows, columns, 2); squares,
-    weights: (parts,); cells: (rows - 3, columns - 3), how many pixels fell into each.
+    weights: (parts,); cells: (rows - 3, columns - 3), number of pixels in each cell.
     """
 
     def __init__(self, width, height, spacing, parts):
@@ -133,15 +132,15 @@ class FieldSums:
         self.cells = np.zeros((rows - 3, columns - 3), np.int64)
 
     def add(self, pixels, values, weights, part):
-        """Add values (N, 2) at pixels (N, 2) of the image, with weights (N,), each to
-        the part (N,) it belongs to."""
+        """Add values (N, 2) at pixels (N, 2) of the image, with weights (N,), to the
+        part (N,) of each."""
         _add(
             pixels, values, weights, part, self.spacing,
             self.normal, self.right, self.squares, self.weights, self.cells,
         )  # fmt: skip
 
     def band(self, parts):
-        """The lower band (3 columns + 4, rows * columns) of the sum over parts."""
+        """Lower band (3 columns + 4, rows * columns) of the sum over parts."""
         rows, columns = self.shape
         summed = self.normal[parts].sum(axis=0)
         band = np.zeros((3 * columns + 4, rows * columns))
@@ -161,7 +160,7 @@ class FieldSums:
 
 
 def band_of(matrix, width):
-    """The lower band (width, K) of a sparse symmetric matrix (K, K)."""
+    """Lower band (width, K) of a sparse symmetric matrix (K, K)."""
     below = matrix.tocoo()
     row, column = below.coords
     keep = row >= column
@@ -183,7 +182,7 @@ def band_product(band, values):
 
 @numba.njit(cache=True)
 def _add(pixels, values, weights, part, spacing, normal, right, squares, total, cells):
-    # The loop over pixels sums one cell's products after the other: 16 x 16 of them.
+    # The loop over pixels sums the products of one cell after the other: 16 x 16.
     b, slope, d = np.empty(4), np.empty(4), np.empty(4)
     for n in range(len(pixels)):
         w = weights[n]
@@ -209,8 +208,8 @@ def _add(pixels, values, weights, part, spacing, normal, right, squares, total, 
                         normal[f, j + k, i + m, p - k, q - m + 3] += share * d[p] * b[q]
 
 
-RELATIVE_STEP = 1e-5  # of a point's distance, for how its image moves
-GAUGE_WEIGHT = 1e3  # times the largest of the normal matrix, against common rotations
+RELATIVE_STEP = 1e-5  # over a point's distance, for derivatives of its image
+GAUGE_WEIGHT = 1e3  # times the largest normal-matrix entry, against common rotations
 
 
 class CornersOfBoards(NamedTuple):
@@ -222,8 +221,8 @@ class CornersOfBoards(NamedTuple):
 
 
 class FieldGrid(NamedTuple):
-    """cells along the longer side; spacing px; shape of the control values; penalty
-    (K, K) and ties (K,) of `raxel.calibration.smooth.equations`."""
+    """cells along the longer side; spacing, px; shape of the control values; penalty
+    (K, K) and ties (K,) of the prior."""
 
     cells: int
     spacing: float
@@ -233,15 +232,15 @@ class FieldGrid(NamedTuple):
 
     @property
     def blank(self):
-        """Control values (rows, columns, 2) of no field."""
+        """Control values (rows, columns, 2) of a zero field."""
         return np.zeros((*self.shape, 2))
 
 
 class LinearParts(NamedTuple):
-    """About given poses and a given field, of each corner: place (N, 2), p; off (N, 2),
-    e, both NaN where the trend has no image; values (N, 2), what s(p) would have to be
-    for e to vanish; white (N, 2, 2), (I + s')^-1; by_pose (N, 2, 6), how q moves with
-    R exp([w]x), t + R s; by_turn (N, 2, 3), with a common rotation; imaged (N,) bool.
+    """Linearisation at given poses and field, for each corner: place (N, 2), p; off (N,
+    2), e, both NaN where the trend has no image; values (N, 2), s(p) for e = 0; white
+    (N, 2, 2), (I + s')^-1; by_pose (N, 2, 6), derivative of q by R exp([w]x), t + R s;
+    by_turn (N, 2, 3), by a common rotation; imaged (N,) bool.
     """
 
     place: np.ndarray
@@ -256,9 +255,9 @@ class LinearParts(NamedTuple):
 class Equations(NamedTuple):
     """Sums of parts of the boards: normal (P, 2K, 2K), right (P, 2K), squares (P,).
 
-    gauge: (2K, 3), directions that the field has no part in; of_a_cell: weight of one
-    cell's corners. For the poses: by_control (n, 2K, 6), what control values do to
-    their equations; inverse (n, 6, 6) of their normal matrices; by_values (n, 6).
+    gauge: (2K, 3), directions excluded from the field; of_a_cell: weight of one cell's
+    corners. For the poses: by_control (n, 2K, 6), coupling of control values with their
+    equations; inverse (n, 6, 6) of their normal matrices; by_values (n, 6).
     """
 
     normal: np.ndarray
@@ -272,7 +271,7 @@ class Equations(NamedTuple):
 
 
 def grid_of(cells, width, height, pixels):
-    """The FieldGrid with so many cells along the longer side, for corners at pixels."""
+    """FieldGrid with this number of cells along the longer side, for corner pixels."""
     spacing = max(width, height) / cells
     shape = control_shape(width, height, spacing)
     far = far_from_data(covered_cells(pixels, shape, spacing))
@@ -281,14 +280,14 @@ def grid_of(cells, width, height, pixels):
 
 @lru_cache(maxsize=8)
 def _penalty(shape):
-    # A grid's penalty hangs on its shape alone, and many fits have the same few.
+    # A grid's penalty depends on its shape only, and many fits have the same few.
     penalty = penalty_matrix(shape).toarray()
     penalty.flags.writeable = False
     return penalty
 
 
 def covered_cells(pixels, shape, spacing):
-    """(rows - 3, columns - 3) bool: cells that hold one of the pixels (N, 2)."""
+    """(rows - 3, columns - 3) bool: cells that contain one of the pixels (N, 2)."""
     covered = np.zeros(np.subtract(shape, 3), bool)
     last = np.array(covered.shape[::-1]) - 1
     column, row = np.clip((pixels + 0.5) // spacing, 0, last).astype(int).T
@@ -297,7 +296,8 @@ def covered_cells(pixels, shape, spacing):
 
 
 def occupied_cells(pixels, spacing):
-    """How many cells hold one of the pixels (N, 2), inside the image or not."""
+    """Number of cells that contain one of the pixels (N, 2), inside the image or
+    not."""
     column, row = ((pixels + 0.5) // spacing).T
     order = np.lexsort((column, row))
     column, row = column[order], row[order]
@@ -306,7 +306,7 @@ def occupied_cells(pixels, spacing):
 
 
 def linearised(trend, T_camera_grid, corners, control, grid):
-    """The LinearParts at poses (n, 4, 4) and control values (rows, columns, 2)."""
+    """LinearParts at poses (n, 4, 4) and control values (rows, columns, 2)."""
     T = T_camera_grid[corners.board]
     R = T[:, :3, :3]
     points = (R @ corners.points[:, :, None])[..., 0] + T[:, :3, 3]
@@ -328,7 +328,7 @@ def linearised(trend, T_camera_grid, corners, control, grid):
 
 
 def image_slopes(trend, points):
-    """How the images of points (N, 3) move with them: (N, 2, 3), by differences."""
+    """Derivatives of the images of points (N, 3): (N, 2, 3), by differences."""
     step = RELATIVE_STEP * np.linalg.norm(points, axis=1)
     slopes = np.empty((len(points), 2, 3))
     for axis, direction in enumerate(np.eye(3)):
@@ -339,7 +339,7 @@ def image_slopes(trend, points):
 
 
 def equations(corners, linear, weights, grid, part):
-    """The Equations of weighted corners; weights (N,), part (n,): of each board."""
+    """Equations of weighted corners; weights (N,), part (n,): of each board."""
     white, J = linear.white, linear.by_pose
     metric = weights[:, None, None] * (np.swapaxes(white, 1, 2) @ white)
     count, n, parts = int(np.prod(grid.shape)), len(part), part.max() + 1
@@ -371,8 +371,8 @@ def equations(corners, linear, weights, grid, part):
 
 @numba.njit(cache=True)
 def _lifted(index, share, values, group, groups, count):
-    """B^T values, for both coordinates, summed by group: (groups, 2K, m) of values
-    (N, 2, m), with the shares that K control values have at N corners."""
+    """B^T values, for both coordinates, summed by group: (groups, 2K, m) of values (N,
+    2, m), with the shares of K control values at N corners."""
     _, _, m = values.shape
     found = np.zeros((groups, 2 * count, m))
     for n in range(len(index)):
@@ -403,8 +403,8 @@ def _products(index, share, metric, group, groups, count):
 
 
 def normal_parts(of, grid):
-    """Three parts (2K, 2K) of a normal matrix: of all data; what is expected of a
-    field, in data of a cell; and that it has no part in common rotations."""
+    """Three parts (2K, 2K) of a normal matrix: of all data; of the prior, in data of a
+    cell; and of the exclusion of common rotations."""
     expected = of.of_a_cell * twice(grid.penalty + np.diag(grid.ties))
     return of.normal.sum(axis=0), expected, held(of)
 
@@ -416,7 +416,7 @@ def normal_matrix(parts, smoothness):
 
 
 def held(of):
-    """(2K, 2K): the field has no part in common rotations."""
+    """(2K, 2K): exclusion of common rotations from the field."""
     most = np.diagonal(of.normal.sum(axis=0)).max()
     return GAUGE_WEIGHT * most * of.gauge @ of.gauge.T
 
@@ -428,17 +428,17 @@ def twice(penalty):
 
 
 def solved(normal, right):
-    """Control values (2K,): the u of all, then the v of all."""
+    """Control values (2K,): all u, then all v."""
     from scipy.linalg import cho_factor, cho_solve
 
-    # `solve` would estimate the condition too, which takes as long again.
+    # `solve` would also estimate the condition number, which doubles the time.
     factor = cho_factor(normal, check_finite=False)
     return cho_solve(factor, right, check_finite=False)
 
 
 def held_out(of, parts, smoothness):
-    """Sum over parts of squares from a field fitted without them, poses fitted anew;
-    parts: the `normal_parts` of `of`."""
+    """Sum over parts of squares from a field fitted without them, after a refit of
+    their poses; parts: the `normal_parts` of `of`."""
     normal, right = normal_matrix(parts, smoothness), of.right.sum(axis=0)
     score = 0.0
     for own, of_own, squares in zip(of.normal, of.right, of.squares, strict=True):
@@ -448,7 +448,7 @@ def held_out(of, parts, smoothness):
 
 
 def moved_boards(T_camera_grid, of, c):
-    """Poses after the step that suits control values c (2K,) best."""
+    """Poses after the best step for control values c (2K,)."""
     miss = np.einsum("nij,i->nj", of.by_control, c) - of.by_values
     step = (of.inverse @ miss[..., None])[..., 0]
     R, t = T_camera_grid[:, :3, :3], T_camera_grid[:, :3, 3]

@@ -1,11 +1,11 @@
-"""Smooth rays from a table of noisy ones: less noise than any single pixel's ray.
+"""B-spline ray field from a table of noisy rays: less noise than a single pixel's ray.
 
-Each ray says where the trend would have seen it; less the pixel itself, that is a noisy
+The pixel at which the trend would image a ray, minus the ray's own pixel, is a noisy
 value of the field s of a `raxel.cameras.tables.ray_spline.RaySplineCamera`, in px. The
-field is a penalised spline. Its cells and its smoothness are those that predict best
-what is kept out: whole squares of the image, since neighbours in a table may share
-their errors (decoded points and interpolated corners do), and a smoothness chosen by
-single pixels would then follow the noise.
+field is a penalised spline. Cross-validation selects its cells and its smoothness. It
+holds out whole squares of the image, since neighbours in a table may have common errors
+(decoded points and interpolated corners do), and a smoothness selected on single pixels
+would then follow the noise.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose
 
-CELLS = (4, 8, 16, 32)  # along the image's longer side, tried one after the other
-SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell, from START_INDEX on
+CELLS = (4, 8, 16, 32)  # along the image's longer side, tried in this order
+SMOOTHNESS = 10.0 ** np.arange(-10, 5)  # in data of a cell; search from START_INDEX
 START_INDEX = 7
-N_FOLDS = 5  # kept out in turn
-MAX_N_PILOT_RAYS = 20_000  # rays that trend and gross errors are found from
-GROSS_SIGMAS, MIN_GROSS_PX = 8.0, 0.1  # robust standard deviations, and at least
-RAYLEIGH_MEDIAN = 1.1774  # median distance where coordinates scatter by 1
+N_FOLDS = 5  # of the cross-validation
+MAX_N_PILOT_RAYS = 20_000  # rays for the trend and for gross errors
+GROSS_SIGMAS, MIN_GROSS_PX = 8.0, 0.1  # robust standard deviations, and minimum
+RAYLEIGH_MEDIAN = 1.1774  # median distance at unit standard deviation per coordinate
 BLOCK = 1 << 16
 
 
@@ -81,8 +81,8 @@ class SmoothTable(NamedTuple):
 
 
 class _Field(NamedTuple):
-    """cells along the longer side; their sums; the smoothness; control values
-    (rows, columns, 2); held_out: {cells: sum of squares of what was kept out}."""
+    """cells along the longer side; their sums; the smoothness; control values (rows,
+    columns, 2); held_out: {cells: sum of squares of the held-out values}."""
 
     cells: int
     sums: FieldSums
@@ -167,7 +167,7 @@ def _fitted_trend(pixels, directions, width, height, centre):
 
 
 def _displacements(trend, T_table_trend, pixels, directions):
-    """Where the trend sees each ray, less its pixel: (N, 2), NaN where it does not."""
+    """Pixel of each ray under the trend, minus its pixel: (N, 2), NaN without one."""
     values = np.empty(pixels.shape)
     for start in range(0, len(pixels), BLOCK):
         rows = slice(start, start + BLOCK)
@@ -177,7 +177,8 @@ def _displacements(trend, T_table_trend, pixels, directions):
 
 
 def _near(field, pixels, values, weights):
-    """Which values are within GROSS_SIGMAS robust standard deviations of a field (N,)."""
+    """Which values (N,) are within GROSS_SIGMAS robust standard deviations of a
+    field."""
     found, _ = field_at(pixels, field.control, field.sums.spacing)
     distance = np.linalg.norm(values - found, axis=1) * np.sqrt(weights)
     sd = np.median(distance[weights > 0]) / RAYLEIGH_MEDIAN
@@ -189,11 +190,11 @@ def _near(field, pixels, values, weights):
 
 
 def _best_field(pixels, values, weights, size, block_px):
-    """The _Field that predicts best what is kept out, fitted to all."""
+    """_Field with the best prediction of held-out values, fitted to all."""
     if len(pixels) < MIN_N_RAYS:
         raise CalibrationError(
-            f"smooth rays: found {len(pixels)} rays that the trend images; "
-            f"{MIN_N_RAYS} are needed",
+            f"smooth rays: found {len(pixels)} rays that the trend images; at least "
+            f"{MIN_N_RAYS} are required",
             code="too-few-rays",
         )
     square = _squares(pixels, block_px)
@@ -208,7 +209,7 @@ def _best_field(pixels, values, weights, size, block_px):
         held_out[0] = float(sums.squares.sum())
         held_out[cells] = score
         if not score < best[0]:
-            break  # still finer cells follow the noise even more
+            break  # finer cells follow the noise even more
         best = score, cells, sums, smoothness
     _, cells, sums, smoothness = best
     right = sums.right.sum(axis=0).reshape(-1, 2)
@@ -217,7 +218,7 @@ def _best_field(pixels, values, weights, size, block_px):
 
 
 def _best_smoothness(sums):
-    """(score, smoothness): downhill from START_INDEX, one after the other."""
+    """(score, smoothness): descent from START_INDEX, one step at a time."""
     scores = {}
 
     def score(k):
@@ -235,7 +236,7 @@ def _best_smoothness(sums):
 
 
 def _squares(pixels, block_px):
-    """Column and row (N, 2) int of the square of the image that each pixel lies in."""
+    """Column and row (N, 2) int of the square of the image that contains each pixel."""
     return ((pixels + 0.5) // block_px).astype(np.int64)
 
 
@@ -276,7 +277,7 @@ def _solved(band, right):
 
 def _uncertainty(field):
     """Standard deviation of a coordinate of one ray, px, and the inverse (K, K) of the
-    normal matrix with polynomials free: the covariance of one coordinate's control
+    normal matrix with free polynomials: the covariance of one coordinate's control
     values in units of its square."""
     sums = field.sums
     normal = sums.band(slice(None))
@@ -287,7 +288,7 @@ def _uncertainty(field):
         normal + penalty, np.hstack([np.eye(count), band_product(normal, polynomials)])
     )
     inverse, by_polynomials = solved[:, :count], solved[:, count:]
-    # The penalty less its part on polynomials, by Woodbury's identity.
+    # Penalty without its part on polynomials, by Woodbury's identity.
     penalised = band_product(penalty, polynomials)
     lifted = polynomials - by_polynomials  # (normal + penalty)^-1 penalty polynomials
     inverse = inverse + lifted @ np.linalg.solve(by_polynomials.T @ penalised, lifted.T)
@@ -313,9 +314,9 @@ def _at_nodes(inverse, sums):
 
 
 def _sharing(field, pixels, values, weights, block_px):
-    """How many rays' errors are one, on average: 1 where all are independent.
+    """Mean number of rays with a common error: 1 for independent errors.
 
-    The square of a sum of errors over a small square of the image, over the sum of
+    The square of the summed errors in a small square of the image, over the sum of
     their squares.
     """
     found, _ = field_at(pixels, field.control, field.sums.spacing)
