@@ -1,4 +1,4 @@
-"""What a calibrated camera is for."""
+"""Applications of calibrated cameras: motion, triangulation, undistorted views."""
 
 import lazy_loader
 

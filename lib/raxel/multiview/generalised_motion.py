@@ -1,12 +1,12 @@
-"""Motion of a general camera from matched rays, best fit: length included.
+"""Motion of a general camera from matched rays, least squares, with its length.
 
-What is minimised is how far the rays of each pair miss each other, in standard
-deviations (`ray_gaps`). Rays that miss their common centre tell the length of the
-motion (thesis 5.3.5); how well, `GeneralisedPose.scale_sd` says. Where they do not, it
-is given.
+The residuals are the gaps between the rays of each pair, in standard deviations. Rays
+that miss their common centre determine the length of the motion (thesis 5.3.5), with
+the uncertainty `GeneralisedPose.scale_sd`. Otherwise the length must be given.
 
 T_2_1 maps points of view 1 to view 2, X_2 = R X_1 + t, both in the frame of the camera;
 mm.
+
 Source: Pless 2003, doi:10.1109/CVPR.2003.1211520 (motion of rays without a centre).
 """
 
@@ -48,21 +48,20 @@ from raxel.multiview.ray_noise import (
     share_ahead,
 )
 
-# What matched rays tell of a motion: rotation, direction, and how far it went. Rays
-# through one point leave the length of a motion open. Rays that pass it tell the
-# length, by as much as they do: the nearer a camera is to central, the less. How much
-# is no matter of one lucky run: the Fisher information of the rays about the motion
-# says it before any is made, and so do the standard deviations that no unbiased
-# method can beat. The six numbers are a turn w (3) about the rays' centre, a turn of
-# the direction in which the centre moves (2), and the logarithm of how far it moves
-# (1): all radians or shares, so that their eigenvalues can be compared.
+# Information of matched rays on a motion: rotation, direction, and length. Rays through
+# one point do not determine the length. The nearer a camera is to central, the less
+# they do. The Fisher information of the rays predicts the precision before any
+# estimate, as the lower bound of the standard deviations of unbiased methods. The six
+# parameters are a rotation w (3) about the rays' centre, a rotation of the direction in
+# which the centre moves (2), and the logarithm of its distance (1): all radians or
+# relative values, so that their eigenvalues are comparable.
 
 
-# Eigenvalues below this share of the largest are zero: standard deviations are then
-# as large as can be told.
+# Smaller eigenvalues, relative to the largest, count as zero; this limits the standard
+# deviations.
 MIN_EIGENVALUE_RATIO = 1e-15
-# Lengths are told where they are known to this share, three standard deviations of one
-# over the length: noise shifts that alike, whatever the length.
+# Maximum standard deviation of the inverse length, over that value, of a determined
+# length: three standard deviations.
 MAX_SCALE_SD_RATIO = 1 / 3
 
 
@@ -157,8 +156,8 @@ def motion_information(
     R, u = pairs.about_centre(checked_motion(T_2_1))
     if not np.linalg.norm(u) > COINCIDENCE_TOL * np.abs(pairs.rays_1.origins).max():
         raise CalibrationError(
-            "motion: the rays' centre does not move, so that no direction or length of"
-            " it can be told; give another centre with about=",
+            "motion: the rays' centre does not move (no direction or length); give "
+            "another centre with about=",
             code="no-translation",
         )
     J = gap_system(R, u, pairs)[1]
@@ -179,7 +178,7 @@ def polar_steps(u):
 
 
 def inverse_information(information):
-    """Its inverse (p, p); what is not told at all gets a variance beyond all others."""
+    """Its inverse (p, p); undetermined parameters get a very large variance."""
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, V = np.linalg.eigh(information / np.outer(scale, scale))
     values = np.maximum(values, MIN_EIGENVALUE_RATIO * values[-1])
@@ -190,8 +189,8 @@ def _root(covariance, which):
     return float(np.sqrt(np.trace(covariance[which, which])))
 
 
-COST_TOL = 1e-12  # a sum of squares that falls by a smaller share is at rest
-ROUNDING_RAD = 1e-15  # radians, of exact pairs
+COST_TOL = 1e-12  # relative decrease of the sum of squares at convergence
+ROUNDING_RAD = 1e-15  # residuals of exact pairs
 
 
 class GeneralisedPose(NamedTuple):
@@ -258,7 +257,7 @@ class GeneralisedPose(NamedTuple):
 
     @property
     def scale_told(self) -> bool:
-        """Whether the length is known to better than a third of itself."""
+        """Whether the length is determined to better than a third of itself."""
         return self.scale_sd < MAX_SCALE_SD_RATIO
 
 
@@ -317,8 +316,8 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
     used = pairs.of(inliers)
     if np.count_nonzero(inliers) < MIN_N_POSE_PAIRS:
         raise CalibrationError(
-            f"motion: {np.count_nonzero(inliers)} right pairs of {len(inliers)};"
-            f" {MIN_N_POSE_PAIRS} or more are needed",
+            f"motion: found {np.count_nonzero(inliers)} inliers of {len(inliers)} "
+            f"pairs; give {MIN_N_POSE_PAIRS} or more",
             code="too-few-rays",
         )
     if length is not None:
@@ -350,7 +349,7 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
 def described(pairs, inliers, R, u, margin, steps):
     """GeneralisedPose of a motion R, u about the centre of MatchedRays.
 
-    steps: (6, p), the steps that were free.
+    steps: (6, p), the free steps.
     """
     used = pairs.of(inliers)
     residuals, jacobian = gap_system(R, u, used)
@@ -371,61 +370,59 @@ def described(pairs, inliers, R, u, margin, steps):
 
 
 def need_length(pairs, length):
-    """Refuse rays through one point without a length, and a length that is none."""
+    """Reject rays through one point without a length, and an invalid length."""
     if length is None and not pairs.spread:
         raise CalibrationError(
-            "motion: all rays pass through one point, so nothing tells how long the"
-            " motion is; give its length, or use raxel.multiview.motion_samples",
+            "motion: all rays pass through one point (undetermined length); give the "
+            "length, or use raxel.multiview.motion_samples",
             code="no-scale",
         )
     if length is not None and not (np.isfinite(length) and length > 0):
         raise CalibrationError(
-            f"motion: found length {length}; give one above 0 mm", code="length"
+            f"motion: length: found {length}; give a value above 0 mm", code="length"
         )
 
 
 def to_length(u, length):
-    """u (3,) stretched to a length; along z where it has none."""
+    """u (3,) scaled to a length; along z if u is zero."""
     norm = np.linalg.norm(u)
     return u * (length / norm) if norm > 0 else np.array([0.0, 0.0, length])
 
 
-# The generalised essential matrix of seventeen or more matched rays, linearly (5.30).
-# Each pair gives one equation, linear in the nine entries of E = [u]x R and the nine
-# of R (`geometry.line_motion`). Taken as one system of eighteen it has more than one
-# solution wherever pairs share points of a rig: with each ray through the same point
-# in both views, R = I, E = 0 solves it, and so does R = v v^T where all rays meet a
-# line along v. E stays single: it is found under |E| = 1 with the entries of R left
-# free, that is, by least squares in what the columns of R do not reach. R follows
-# from E, and u from R, with its length and sign. Moments are about the point next to
-# all rays; where all rays meet a line, about a point of that line, since only there
-# its R is v v^T. They are in units of the rays' distance from that point, and
-# directions are brought to unit second moments. Where the rays come near to one
-# point, the columns of R are noise and take information from E. The eight-point
-# system of a central camera is therefore solved beside it, and the better motion is
-# taken. Sources: Pless 2003, doi:10.1109/CVPR.2003.1211520; Li, Hartley, Kim 2008,
-# doi:10.1109/CVPR.2008.4587545 (what the system leaves open); Hartley 1997,
+# Generalised essential matrix of seventeen or more matched rays, linearly (5.30). Each
+# pair gives one equation, linear in the nine entries of E = [u]x R and the nine of R
+# (`geometry.line_motion`). As one system of eighteen unknowns it has several solutions
+# wherever pairs share points of a rig: with each ray through the same point in both
+# views, R = I, E = 0 is one, and so is R = v v^T where all rays meet a line along v. E
+# is unique: it is estimated under |E| = 1 with free entries of R, by least squares in
+# the complement of the columns of R. R follows from E, and u from R, with its length
+# and sign. Moments are about the point closest to all rays; where all rays meet a line,
+# about a point of that line, since only there its R is v v^T. They are in units of the
+# rays' distance from that point, and directions are normalised to unit second moments.
+# For nearly central rays the columns of R are noise and remove information on E. The
+# eight-point system of a central camera is therefore solved as well, and the better
+# motion is selected. Sources: Pless 2003, doi:10.1109/CVPR.2003.1211520; Li, Hartley,
+# Kim 2008, doi:10.1109/CVPR.2008.4587545 (degeneracies); Hartley 1997,
 # doi:10.1109/34.601246 (normalisation).
 
 
 MIN_N_CENTRAL_PAIRS, MIN_N_LINEAR_PAIRS = 8, 17
-# Singular values of exact pairs below this share of the largest are zero.
+# Smaller singular values of exact pairs, relative to the largest, are zero.
 MIN_SINGULAR_RATIO = 1e-9
-# Least over second least singular value: below, all rays meet a line.
+# Smallest over second smallest singular value: below, all rays meet a line.
 AXIAL_RATIO_TOL = 1e-3
-COPLANAR_MOMENT_SHARE = (
-    1e-12  # share of the largest second moment that rays in one plane are given
-)
+# Share of the largest second moment that rays in one plane are given.
+COPLANAR_MOMENT_SHARE = 1e-12
 
 
 def generalised_pose(rays_1, rays_2, *, length=None):
     """Motion from matched rays of a general camera, linearly.
 
-    rays: NoisyRays (N,), or as for `angular_rays`, N >= 17, or 8 where the rays come
-    near to one point; length: mm, of the shift of the rays' centre where it is known.
-    Returns GeneralisedPose of the candidate with least `gaps` among those that put most
-    points ahead. Raises CalibrationError for rays as `matched_rays`, for rays through
-    one point without a length, and where the pairs leave the motion open.
+    rays: NoisyRays (N,), or as for `angular_rays`, N >= 17, or 8 for nearly central
+    rays; length: mm, of the shift of the rays' centre where it is known. Returns
+    GeneralisedPose of the candidate with the smallest `gaps` among those with the most
+    points in front. Raises CalibrationError for rays as `matched_rays`, for rays
+    through one point without a length, and where the pairs do not determine the motion.
     """
     pairs = matched_rays(rays_1, rays_2, fewest=MIN_N_CENTRAL_PAIRS)
     need_length(pairs, length)
@@ -447,21 +444,21 @@ def linear_motions(pairs, length=None):
             refusal = fault
             continue
         T = motion_of_essential(E, d_1, d_2)[0]
-        # The twin of a rotation under E is turned by half a turn about u.
+        # The twin of a rotation under E is rotated by 180 degrees about u.
         twin = 2 * np.outer(T[:3, 3], T[:3, 3]) - np.eye(3)
         for R in (T[:3, :3], twin @ T[:3, :3]):
             found += [(R, u, margin) for u in shifts_of(R, T[:3, 3], pairs, length)]
     if not found:
         raise CalibrationError(
-            "motion: the pairs leave it open to a linear solution; their points lie on"
-            " a plane or are repeated, or the camera did not move",
+            "motion: the pairs do not determine it (points on a plane or repeated, or "
+            "a static camera); add pairs with other points",
             code="degenerate-points",
         ) from refusal
     return found
 
 
 def generalised_equations(pairs):
-    """The equations' (N, 9) for E and (N, 9) for R, both row by row; mm, with moments
+    """Coefficients (N, 9) for E and (N, 9) for R, both row by row; mm, with moments
     about the centre."""
     (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
     m_1, m_2 = np.cross(p_1, d_1), np.cross(p_2, d_2)
@@ -469,8 +466,8 @@ def generalised_equations(pairs):
 
 
 def shifts_of(R, axis, pairs, length=None):
-    """Shifts [u, ...] that go with a rotation: least squares where the length is open,
-    which noise makes too short, and both ways along the axis (3,) of E."""
+    """Shifts [u, ...] of a rotation: least squares for an unknown length, which noise
+    shortens, and both senses along the axis (3,) of E."""
     (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
     n = np.cross(d_1 @ R.T, d_2)
     gap = np.einsum("ni,ni->n", n, p_1 @ R.T - p_2)
@@ -482,12 +479,12 @@ def shifts_of(R, axis, pairs, length=None):
 
 
 def _seventeen(pairs):
-    """(E, margin) of the generalised system, its entries of R left free."""
+    """(E, margin) of the generalised system with free entries of R."""
     count = len(pairs.rays_1.origins)
     if count < MIN_N_LINEAR_PAIRS or not pairs.spread:
         raise CalibrationError(
-            f"motion: {count} pairs of rays; {MIN_N_LINEAR_PAIRS} or more that do not pass"
-            " through one point are needed",
+            f"motion: found {count} pairs of rays; give {MIN_N_LINEAR_PAIRS} or more "
+            "that do not pass through one point",
             code="too-few-rays",
         )
     W_1, W_2 = (_whitening(rays.directions) for rays in (pairs.rays_1, pairs.rays_2))
@@ -502,10 +499,11 @@ def _seventeen(pairs):
     Q = U[:, s > MIN_SINGULAR_RATIO * s[0]]
     rest = np.linalg.qr(A_E - Q @ (Q.T @ A_E), mode="r")
     values, Vt = np.linalg.svd(rest)[1:]
-    # Of few pairs, repeated, nothing but rounding is left.
+    # For few repeated pairs, only rounding is left.
     if not values[7] > MIN_SINGULAR_RATIO * np.linalg.norm(A_E):
         raise CalibrationError(
-            "motion: the generalised system has no single solution",
+            "motion: the generalised system has no unique solution; add pairs with "
+            "other points",
             code="degenerate-points",
         )
     E = W_2.T @ Vt[8].reshape(3, 3) @ W_1
@@ -516,14 +514,14 @@ def _eight(pairs):
     """(E, margin) of the central system."""
     d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
     if len(d_1) == MIN_N_CENTRAL_PAIRS:
-        # The first equation twice changes nothing, and there are nine.
+        # Repeating the first equation changes nothing, and there are nine.
         d_1, d_2 = np.vstack([d_1, d_1[:1]]), np.vstack([d_2, d_2[:1]])
     return essential_matrix(d_1, d_2)
 
 
 def _on_axis(pairs):
-    """(3,): point next to the centre on the line that all rays meet, if there is one,
-    else the centre."""
+    """(3,): point closest to the centre on the line that all rays meet, if there is
+    one, else the centre."""
     o, d = (
         np.concatenate([getattr(rays, name) for rays in (pairs.rays_1, pairs.rays_2)])
         for name in ("origins", "directions")
@@ -538,8 +536,8 @@ def _on_axis(pairs):
 
 
 def _rank(motion, pairs, turning):
-    """Least for the motion to take: half of the points ahead of the rays' pivots, and
-    then small gaps."""
+    """Sort key, smallest first: half of the points in front of the rays' pivots, then
+    small gaps."""
     R, u, _ = motion
     ahead = np.isfinite(squared_gaps(R[None], u[None], turning, 0.0))
     residuals = gaps(R, u, pairs)
@@ -551,7 +549,7 @@ def _products(a, b):
 
 
 def _whitening(d):
-    """W (3, 3) that gives W d, over directions (N, 3), a unit second moment."""
+    """W (3, 3) such that W d, over directions (N, 3), has a unit second moment."""
     moment = d.T @ d / len(d)
     return np.linalg.inv(
         np.linalg.cholesky(
@@ -560,18 +558,17 @@ def _whitening(d):
     )
 
 
-# Motion of a general camera from matched rays of which some are wrong. Small samples
-# give motions (`motion_samples`), the best is followed by fits to its inliers until
-# they no longer change. A sample of eight needs no start from outside, but rays that
-# come near to one point, in a small field, leave it ways out: a turn for a shift. So
-# the end is tried from other shifts as well. Source: Fischler and Bolles 1981,
-# doi:10.1145/358669.358692.
+# Motion of a general camera from matched rays with outliers. Small samples give motions
+# (`motion_samples`); the best one is refitted to its inliers until they no longer
+# change. A sample of eight needs no initial value. Nearly central rays in a small field
+# can exchange a rotation for a shift, so the result is refined from other shifts as
+# well. Source: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 
 
 BATCH, MAX_N_ROUNDS = 64, 20
 N_HELD_SCALE_STEPS, N_FREE_SCALE_STEPS = 12, 6
-MAX_BEHIND_FRACTION = 0.05  # share of pairs that meet before their origins
-MAX_N_REMATCHES = 8  # times that pairs are matched anew, for what agrees by chance
+MAX_BEHIND_FRACTION = 0.05  # pairs that meet in front of their origins
+MAX_N_REMATCHES = 8  # random matchings, for the number of chance inliers
 
 
 def generalised_pose_ransac(
@@ -649,8 +646,8 @@ def generalised_pose_ransac(
     )
     if best is None:
         raise CalibrationError(
-            "motion: no sample of pairs agrees with any motion; the matches are wrong,"
-            " or the threshold is too small",
+            "motion: no sample of pairs agrees with a motion; check the matches, or "
+            "increase the threshold",
             code="too-many-outliers",
         )
     right = _need_right(errors(best[None])[0] < threshold**2)
@@ -669,8 +666,8 @@ def _with_its_inliers(pairs, turning, R, u, length, threshold):
         ahead = np.isfinite(squared_gaps(R[None], u[None], turning, threshold)[0])
         now = ahead & (np.abs(gaps(R, u, pairs)) < threshold)
         short = _before_origins(R, u, pairs)
-        # Where the length is told, few such points are wrong pairs; many would be right
-        # ones of a length that is too short.
+        # With a determined length, few such points are outliers; many would be inliers
+        # of a motion that is too short.
         if told and short[now].sum() < MAX_BEHIND_FRACTION * now.sum():
             now &= ~short
         if np.array_equal(now, right):
@@ -693,9 +690,9 @@ def _before_origins(R, u, pairs):
 
 
 def _from_other_shifts(best, turning, right, length):
-    """Motions (M, 3, 4): the best one, and those that settle on right pairs (N,) from
-    it and from the turn that leaves the directions least apart: as long as it, then, if
-    the length is open, of any length."""
+    """Motions (M, 3, 4): the best one, and those that converge on the inliers (N,) from
+    it and from the best pure rotation: with its length, then, for an unknown length,
+    with a free one."""
     own = turning.of(np.flatnonzero(right)[None])
     (R,), (u,) = _parted(best[None])
     far = np.linalg.norm(u)
@@ -711,11 +708,10 @@ def _from_other_shifts(best, turning, right, length):
 
 
 def _refuse_chance(best, turning, right, threshold, most_trials):
-    """Where the same motion fits pairs that are matched anew, at random, nearly as
-    often, the best of many samples says nothing.
+    """Reject a motion that fits randomly rematched pairs nearly as often.
 
-    Source: Moisan and Stival 2004, doi:10.1023/B:VISI.0000013094.38752.54 (the number
-    of samples that would be as good by chance).
+    Source: Moisan and Stival 2004, doi:10.1023/B:VISI.0000013094.38752.54 (number of
+    equally good samples under the null hypothesis).
     """
     count, some = len(right), np.count_nonzero(right)
     second = turning._fields[3:]
@@ -732,25 +728,25 @@ def _refuse_chance(best, turning, right, threshold, most_trials):
     ]
     by_chance = (np.sum(agree) + 1) / (np.size(agree) + 1)
     samples = min(most_trials, comb(count, SAMPLE_SIZE))
-    # Six pairs are fitted whatever they are.
+    # Six pairs always fit.
     as_good = bdtrc(some - MIN_N_POSE_PAIRS - 1, count - MIN_N_POSE_PAIRS, by_chance)
     if samples * as_good > 1:
         raise CalibrationError(
-            f"motion: {some} of {count} pairs agree with one, as many as would by "
-            "chance; the matches are wrong, or the threshold is too large",
+            f"motion: {some} of {count} pairs agree with one motion, as many as by "
+            "chance; check the matches, or reduce the threshold",
             code="too-many-outliers",
         )
 
 
 def _refuse_turn(turning, right, threshold):
-    """Where nothing but a turn about the centre happened, no shift can be found."""
+    """Reject a pure rotation about the centre, which determines no shift."""
     own = turning.of(np.flatnonzero(right)[None])
     turn = best_turn(own.d_1, own.d_2)
     off = np.linalg.norm(np.einsum("mij,jmk->imk", turn, own.d_1) - own.d_2, axis=0)
     if np.all(off < threshold * np.hypot(own.sd_1, own.sd_2)):
         raise CalibrationError(
-            f"motion: a rotation alone explains all {np.count_nonzero(right)} right"
-            " pairs to within the threshold; the baseline is too short for this noise",
+            f"motion: a pure rotation explains all {np.count_nonzero(right)} inliers; "
+            "use a longer baseline, or a smaller threshold",
             code="no-translation",
         )
 
@@ -758,8 +754,8 @@ def _refuse_turn(turning, right, threshold):
 def _need_right(right):
     if np.count_nonzero(right) < SAMPLE_SIZE:
         raise CalibrationError(
-            f"motion: {np.count_nonzero(right)} of {len(right)} pairs agree with any"
-            f" motion found; {SAMPLE_SIZE} or more are needed",
+            f"motion: at most {np.count_nonzero(right)} of {len(right)} pairs agree "
+            f"with a motion; give {SAMPLE_SIZE} or more correct pairs",
             code="too-many-outliers",
         )
     return right

@@ -1,11 +1,10 @@
 """Motions of many small samples of matched rays at once, for a robust start.
 
-Each sample starts from several rotations: the one that best turns the first directions
-into the second, which is near where points are far or the motion small; and the two of
-the sample's central essential matrix, which are near where the rays come close to one
-point. Each gets shifts of its own, and then a few damped Gauss-Newton steps on the
-sample's angles, all samples side by side. Rays turn alike to all sides about their
-pivots here (`NoisyRays.pivots`).
+Each sample starts from several rotations: the one that best rotates the first
+directions into the second, close for distant points or small motions; and the two of
+the sample's central essential matrix, close for nearly central rays. Each gets its own
+shifts, and then a few damped Gauss-Newton steps on the sample's angles, for all samples
+in parallel. Ray noise is isotropic about the pivots here (`NoisyRays.pivots`).
 
 Arrays are (3, m, n): components, motions, pairs. Frame: centre of the rays.
 """
@@ -25,17 +24,17 @@ from raxel.geometry.poses import (
     tangent_bases,
 )
 
-# Motion between two views from matched rays: epipolar geometry without an image
-# plane. A point that two central cameras see along unit directions d_1, d_2 satisfies
-# d_2^T E d_1 = 0 with E = [t]x R (thesis 4.25). Directions carry no lens: fields of
-# view beyond 180 degrees need nothing else, as long as "ahead" means ahead along the
-# ray. T_2_1 maps points of view 1 to view 2, X_2 = R X_1 + t. Rays tell t up to its
+# Motion between two views from matched rays: epipolar geometry without an image plane.
+# A point that two central cameras see along unit directions d_1, d_2 satisfies d_2^T E
+# d_1 = 0 with E = [t]x R (thesis 4.25). Directions are independent of the lens: fields
+# of view beyond 180 degrees need no special case, if "in front" means along the ray.
+# T_2_1 maps points of view 1 to view 2, X_2 = R X_1 + t. Rays determine t up to its
 # length: |t| = 1 here. Sources: Hartley 1997, doi:10.1109/34.601246 (normalisation);
 # Nister 2004, doi:10.1109/TPAMI.2004.17 (decomposition).
 
 
 MIN_N_PAIRS = 8
-# Singular values of exact pairs below this share of the largest are zero.
+# Smaller singular values of exact pairs, relative to the largest, are zero.
 MIN_SINGULAR_RATIO = 1e-9
 
 
@@ -67,12 +66,12 @@ class RelativePose(NamedTuple):
 def essential_matrix(directions_1, directions_2):
     """E (3, 3) from matched unit directions (N, 3), N >= 8, by linear least squares.
 
-    Both sets of directions are brought to unit second moments before the system of nine
-    columns is solved, so that a target in a small part of the field counts like one all
-    around. The solution is projected to two equal singular values and a zero. Returns
-    E with |E| = sqrt 2, sign open, and the margin of `RelativePose`. Raises
-    CalibrationError for fewer than eight pairs, values that are not finite, and pairs
-    that leave E open.
+    Both sets of directions are normalised to unit second moments before the system of
+    nine columns is solved, so that a target in a small part of the field counts as much
+    as one all around. The solution is projected to two equal singular values and a
+    zero. Returns E with |E| = sqrt 2, undetermined sign, and the margin of
+    `RelativePose`. Raises CalibrationError for fewer than eight pairs, values that are
+    not finite, and pairs that do not determine E.
     """
     d_1, d_2 = _checked(directions_1, directions_2)
     to_1, to_2 = _whitening(d_1), _whitening(d_2)
@@ -80,8 +79,8 @@ def essential_matrix(directions_1, directions_2):
     values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
     if not values[7] > MIN_SINGULAR_RATIO * values[0]:
         raise CalibrationError(
-            "epipolar geometry: the rays leave the motion open; their points lie on a"
-            " plane or are repeated, or the camera only turned",
+            "epipolar geometry: the rays do not determine the motion (points on a "
+            "plane or repeated, or a pure rotation); add other points",
             code="degenerate-points",
         )
     E = to_2.T @ Vt[8].reshape(3, 3) @ to_1
@@ -134,9 +133,9 @@ def relative_pose(directions_1: ArrayLike, directions_2: ArrayLike) -> RelativeP
 
 
 def motion_of_essential(E, directions_1, directions_2):
-    """(T_2_1, share): of the four motions of E the one with most points ahead.
+    """(T_2_1, share): of the four motions of E the one with most points in front.
 
-    E: (3, 3); directions: (N, 3). share: of points ahead along both rays.
+    E: (3, 3); directions: (N, 3). share: of points in front along both rays.
     """
     U, _, Vt = np.linalg.svd(E)
     U, Vt = U * np.sign(np.linalg.det(U)), Vt * np.sign(np.linalg.det(Vt))
@@ -153,7 +152,7 @@ def motion_of_essential(E, directions_1, directions_2):
 
 
 def depths(T_2_1, directions_1, directions_2):
-    """Where matched rays pass nearest to each other: (N, 2), along ray 1 and ray 2.
+    """Closest points of matched rays: depths (N, 2), along ray 1 and ray 2.
 
     In units of the length of the translation; negative behind the camera, infinite or
     NaN for parallel rays.
@@ -168,10 +167,10 @@ def depths(T_2_1, directions_1, directions_2):
 
 
 def epipolar_angles(T_2_1, directions_1, directions_2):
-    """Angles (N,) in radians, with sign, by which matched rays miss each other.
+    """Signed angles (N,), rad, by which matched rays miss each other.
 
-    To first order the root of the sum of squared angles by which both rays of a pair
-    have to turn to meet (Sampson's error, on the sphere).
+    To first order the root of the sum of squared rotations of both rays of a pair until
+    they meet (Sampson's error, on the sphere).
     """
     T_2_1, d = np.asarray(T_2_1, float), np.asarray(directions_2)
     t, q = T_2_1[:3, 3], np.asarray(directions_1) @ T_2_1[:3, :3].T
@@ -186,9 +185,9 @@ def _rows(d_1, d_2):
 
 
 def _whitening(d):
-    """A (3, 3) that gives A d, over directions (N, 3), a unit second moment."""
+    """A (3, 3) such that A d, over directions (N, 3), has a unit second moment."""
     values, vectors = np.linalg.eigh(d.T @ d / len(d))
-    # Rays in one plane have no third direction to scale.
+    # Coplanar rays have no third direction to scale.
     values = np.maximum(values, 1e-12 * values[2])
     return (vectors / np.sqrt(values)) @ vectors.T
 
@@ -205,13 +204,14 @@ def _checked(
     d_1, d_2 = np.asarray(directions_1, float), np.asarray(directions_2, float)
     if d_1.ndim != 2 or d_1.shape[1] != 3 or d_1.shape != d_2.shape:
         raise CalibrationError(
-            f"epipolar geometry: found directions {d_1.shape} and {d_2.shape}; give two"
-            " equal arrays (N, 3)",
+            f"epipolar geometry: found directions {d_1.shape} and {d_2.shape}; give "
+            "two equal arrays (N, 3)",
             code="shape",
         )
     if len(d_1) < MIN_N_PAIRS:
         raise CalibrationError(
-            f"epipolar geometry: {len(d_1)} pairs of rays; {MIN_N_PAIRS} or more are needed",
+            f"epipolar geometry: found {len(d_1)} pairs of rays; give {MIN_N_PAIRS} or "
+            "more",
             code="too-few-rays",
         )
     bad = np.count_nonzero(~np.isfinite(d_1 + d_2).all(axis=1))
@@ -224,21 +224,20 @@ def _checked(
 
 
 SAMPLE_SIZE = 8
-LENGTH_SPREADS = 2.0, 8.0  # lengths that are tried, in spreads of the rays
+LENGTH_SPREADS = 2.0, 8.0  # trial lengths, in spreads of the rays
 N_STEPS, N_FREE_STEPS, FIRST_DAMPING, MIN_DAMPING = 8, 3, 1e-2, 1e-9
-MAX_TURN_RAD = 0.5  # radians, of one step
+MAX_TURN_RAD = 0.5  # of one step
 MIN_TURN_RAD = 1e-300
-NORMAL_MATRIX_SHARE = (
-    1e-12  # share of the trace that keeps a normal matrix from being singular
-)
-# Sines of angles between rays below this many thresholds leave it open whether a point
-# lies ahead.
+# Share of the trace, against a singular normal matrix.
+NORMAL_MATRIX_SHARE = 1e-12
+# Thresholds below which the sine of the angle between rays does not determine whether a
+# point is in front.
 PARALLEL_THRESHOLDS = 3.0
 
 
 class TurningPairs(NamedTuple):
-    """Pairs whose rays turn about points: p, d (3, ..., n) of either view with sd
-    (..., n), radians."""
+    """Pairs of rays that rotate about points: p, d (3, ..., n) of either view with sd
+    (..., n), rad."""
 
     p_1: np.ndarray
     d_1: np.ndarray
@@ -265,10 +264,10 @@ def sampled_motions(samples, spread, threshold, length=None):
     """R (M, 3, 3) and u (M, 3) of m samples, several for each; M may be 0.
 
     samples: TurningPairs (3, m, k); spread: mm, of the rays; length: mm, of u, or None.
-    A small sample may hold next to nothing of the length, and steps that are free to
-    change it then end at no motion at all. So lengths of several spreads are held, and
-    set free at the end. Motions that do not even fit their own sample to within the
-    threshold, in standard deviations, are left out: its pairs are not all right.
+    A small sample may hardly determine the length, and steps with a free length then
+    converge to no motion. So several lengths are fixed at first, and freed at the end.
+    Motions that do not fit their own sample within the threshold, in standard
+    deviations, are excluded: the sample contains an outlier.
     """
     R, axes = _start_rotations(samples)
     samples = _repeated(samples, len(R) // samples.d_1.shape[1])
@@ -294,15 +293,15 @@ def _fitting(R, u, samples, threshold):
 
 
 def _repeated(samples, times):
-    """The samples one after another, so many times over."""
+    """The samples, repeated `times` times."""
     return TurningPairs(*(np.concatenate([f] * times, axis=-2) for f in samples))
 
 
 def settled(R, u, samples, length=None, steps=N_STEPS):
-    """Motions R (m, 3, 3), u (m, 3) after Gauss-Newton steps on a sample each.
+    """Motions R (m, 3, 3), u (m, 3) after Gauss-Newton steps on one sample each.
 
-    Residuals are divided by their standard deviations of the moment; near the minimum
-    of a small sample that makes no difference.
+    Residuals are divided by their current standard deviations; near the minimum of a
+    small sample that makes no difference.
     """
     damping = FIRST_DAMPING
     for _ in range(steps):
@@ -335,10 +334,10 @@ def squared_gaps(R, u, pairs, threshold):
     """Squared `gaps` (m, N) of motions and all pairs; infinite where a point is behind
     a pivot.
 
-    Not behind an origin: a mirror is far ahead of its rays' pivots, and a length that
-    is hardly told may put points in between. Rays that are parallel to within
-    `threshold` standard deviations meet nowhere that could be told from infinity, so
-    they are asked nothing.
+    Points may be behind an origin: a mirror is far in front of its rays' pivots, and a
+    weakly determined length may put points in between. Rays that are parallel within
+    `threshold` standard deviations meet at a point that is indistinguishable from
+    infinity, so they are not tested.
     """
     (q, b, n), g, variance, _ = _linearised(R, u, pairs, jacobian=False)
     cosine, sine = _dot(q, pairs.d_2), _dot(n, n)
@@ -350,7 +349,7 @@ def squared_gaps(R, u, pairs, threshold):
 
 
 def best_turn(d_1, d_2):
-    """Rotations (m, 3, 3) that turn d_1 (3, m, k) into d_2 in the least-squares sense.
+    """Rotations (m, 3, 3) that rotate d_1 (3, m, k) into d_2, least squares.
 
     Source: Arun, Huang, Blostein 1987, doi:10.1109/TPAMI.1987.4767965.
     """
@@ -358,7 +357,7 @@ def best_turn(d_1, d_2):
 
 
 def _start_rotations(samples):
-    """Rotations (3 m, 3, 3), the m samples three times over, and axes (3 m, 3)."""
+    """Rotations (3 m, 3, 3), the m samples repeated three times, and axes (3 m, 3)."""
     d_1, d_2 = samples.d_1, samples.d_2
     rows = np.einsum("imk,jmk->mkij", d_2, d_1).reshape(*d_1.shape[1:], 9)
     _, vectors = np.linalg.eigh(np.swapaxes(rows, 1, 2) @ rows)
@@ -375,8 +374,8 @@ def _start_rotations(samples):
 
 
 def _start_shifts(R, axes, samples):
-    """(ways (m, 3), least (m, 3)): the unit axes, turned to where they put more points
-    ahead, and the shifts that least squares give to the rotations."""
+    """(ways (m, 3), least (m, 3)): the unit axes, with the sign that puts more points
+    in front, and the least-squares shifts of the rotations."""
     (q, _, n), g, _, _ = _linearised(R, np.zeros_like(axes), samples, jacobian=False)
     normal = np.einsum("imk,jmk->mij", n, n)
     normal += (

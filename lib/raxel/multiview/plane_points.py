@@ -1,7 +1,7 @@
-"""What a general camera's pixels see of a plane whose pose is known (5.3.4).
+"""Points of a plane with a known pose that a general camera's pixels see (5.3.4).
 
-No model of the scene but its plane is needed to take all distortion out, whatever the
-camera. Its rays are met with the plane; points, a circle and whole pictures follow.
+The plane is the only scene model needed to remove all distortion, for any camera. Its
+rays are intersected with the plane; points, a circle and whole images follow.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from raxel.multiview.fits.circles import CircleFit, fit_circle
 from raxel.multiview.ray_noise import are_rotations
 from raxel.multiview.views import PerspectiveView, remap_to_plane
 
-STEP_PX = 0.5  # to either side, for how points move with pixels
-TANGENT_STEP_RAD = 1e-4  # radians along a circle, for its tangent
+STEP_PX = 0.5  # to either side, for derivatives of points by pixels
+TANGENT_STEP_RAD = 1e-4  # along a circle, for its tangent
 PIXELS_AT_ONCE = 1 << 17
 MAX_N_PIXELS = 1 << 28
-MAX_COORDINATE_MM = 1e100  # mm
+MAX_COORDINATE_MM = 1e100
 
 
 class PlanePoints(NamedTuple):
@@ -248,7 +248,7 @@ def measured_circle(
 
 
 def checked_plane(T_camera_plane: ArrayLike) -> NDArray[np.float64]:
-    """A plane's pose (4, 4) as floats; InputError for what is no rotation and shift."""
+    """Pose (4, 4) of a plane as floats; InputError for an invalid pose."""
     T = np.asarray(T_camera_plane, float)
     if T.shape != (4, 4) or not (
         np.isfinite(T).all()
@@ -256,8 +256,8 @@ def checked_plane(T_camera_plane: ArrayLike) -> NDArray[np.float64]:
         and np.abs(T).max() < MAX_COORDINATE_MM
     ):
         raise InputError(
-            f"plane: the pose {T.shape} is none; give (4, 4), a rotation and a shift, "
-            "finite"
+            f"plane: pose: found no rigid motion ({T.shape}); give a finite rotation "
+            "and translation, (4, 4)"
         )
     return T
 
@@ -265,26 +265,26 @@ def checked_plane(T_camera_plane: ArrayLike) -> NDArray[np.float64]:
 def _check_uncertainty(count, sigma_px, pose_covariance):
     if np.shape(sigma_px) not in ((), (count,)):
         raise InputError(
-            f"circle: sigma {np.shape(sigma_px)} of {count} pixels; give one, or one "
-            "for each"
+            f"circle: sigma: found shape {np.shape(sigma_px)} for {count} pixels; give "
+            "one, or one for each"
         )
     given = pose_covariance is not None
     if given and not (
         np.shape(pose_covariance) == (6, 6) and np.isfinite(pose_covariance).all()
     ):
         raise InputError(
-            f"circle: found a pose's covariance {np.shape(pose_covariance)}; give (6, "
-            "6), finite"
+            f"circle: pose covariance: found shape {np.shape(pose_covariance)}; give "
+            "(6, 6), finite"
         )
 
 
 def _moved_by_pose(points, directions):
-    """How points (N, 2) where rays meet a plane move with its pose: (N, 2, 6).
+    """Derivatives (N, 2, 6) by a plane's pose of points (N, 2) where rays meet it.
 
     directions: (N, 3) of the rays in the plane's frame; columns: w, s.
     """
-    # In the plane's moved frame the old point is at X - s - w x X, and the ray leads
-    # from there back to z = 0.
+    # In the plane's moved frame the old point is at X - s - w x X, and the ray returns
+    # from there to z = 0.
     moved = np.concatenate(
         [
             cross_matrix(on_plane(points)),
@@ -297,7 +297,7 @@ def _moved_by_pose(points, directions):
 
 
 def _circle_by_pose(centre, points, by_pose, spread):
-    """How centre and radius move with the pose (3, 6), points weighted as fitted."""
+    """Derivatives (3, 6) of centre and radius by the pose, with the fit's weights."""
     outward = (points - centre) / _lengths(points - centre)
     A = np.column_stack([outward, np.ones(len(points))]) / spread[:, None]
     apart = np.einsum("ni,nij->nj", outward, by_pose) / spread[:, None]
@@ -355,16 +355,16 @@ def plane_picture(
 
 
 def plane_locations(camera, image, T_camera_plane):
-    """The place on a plane that each pixel of a camera's image sees: (H, W, 2).
+    """Position on a plane that each pixel of a camera's image sees: (H, W, 2).
 
     NaN where none. Raises InputError for an image that is not of the camera's size, and
-    a pose that is none.
+    an invalid pose.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     shape = np.shape(image)[:2]
     if shape != (camera.height, camera.width):
         raise InputError(
-            f"image: found {shape[1]} x {shape[0]} px; the camera's has "
+            f"image: found {shape[1]} x {shape[0]} px; give the camera's "
             f"{camera.width} x {camera.height}"
         )
     location = np.empty((*shape, 2))
@@ -378,35 +378,34 @@ def plane_locations(camera, image, T_camera_plane):
 
 
 def checked_picture(size_px):
-    """Refuse a picture (width, height), px, that nobody can have."""
+    """Reject an image size (width, height), px, that is not allowed."""
     with np.errstate(over="ignore"):
         fits = np.shape(size_px) == (2,) and np.prod(size_px) <= MAX_N_PIXELS
     if not (fits and np.min(size_px) > 0):
         raise InputError(
-            f"picture: found a size of {np.asarray(size_px).tolist()} px; give a part "
-            f"and a scale, all above 0, that make {MAX_N_PIXELS} pixels at most"
+            f"plane image: found a size of {np.asarray(size_px).tolist()} px; give a "
+            f"size and a scale above 0 for at most {MAX_N_PIXELS} pixels"
         )
 
 
 def _near(location, size):
-    """Locations, NaN where they are far outside a picture of this size."""
+    """Locations, NaN where they are far outside an image of this size."""
     margin = np.max(size)
     with np.errstate(invalid="ignore"):
         far = (location < -margin) | (location > np.asarray(size) + margin)
     return np.where(far.any(axis=2, keepdims=True), np.nan, location)
 
 
-# A nearly perspective view by a camera that has no centre (5.3.4, Fig. 5.19). Its
-# rays meet in no point, so what a pinhole would have seen depends on where things
-# are. A guess of the scene, a plane or a range for every pixel, says where the view's
-# own rays end; there the camera is asked which pixel looks. Where the guess is right
-# the view is exact; elsewhere it keeps part of the distortion, the caustic one.
-# Source: Swaminathan, Grossberg, Nayar 2003, doi:10.1109/CVPR.2003.1211522 (scene
-# geometry that is only assumed).
+# Nearly perspective view by a non-central camera (5.3.4, Fig. 5.19). Its rays meet in
+# no point, so the image of a pinhole camera depends on the scene. An assumed scene, a
+# plane or a range for every pixel, gives the end points of the view's rays, and the
+# camera projects these. Where the assumption is correct the view is exact; elsewhere it
+# keeps the caustic part of the distortion. Source: Swaminathan, Grossberg, Nayar 2003,
+# doi:10.1109/CVPR.2003.1211522 (assumed scene geometry).
 
 
-VIEW_GRID_SIZE = 61  # rays each way that a view is chosen by
-MIN_N_PLANE_RAYS = 3  # of them that meet the plane
+VIEW_GRID_SIZE = 61  # rays per axis that determine a view
+MIN_N_PLANE_RAYS = 3  # rays that must meet the plane
 
 
 def view_of_plane(
@@ -458,7 +457,7 @@ def view_of_plane(
     ):
         raise InputError(
             f"near-perspective view: found corner {corner} and size {size}; give both, "
-            "two numbers each, or none"
+            "two numbers each, or neither"
         )
     steps = np.array([camera.width, camera.height]) - 1
     rays = camera.rays(
@@ -472,8 +471,8 @@ def view_of_plane(
         met = met & inside.all(axis=1)
     if np.count_nonzero(met) < MIN_N_PLANE_RAYS:
         raise InputError(
-            f"near-perspective view: {np.count_nonzero(met)} of {VIEW_GRID_SIZE**2} rays meet the"
-            " wanted part of the plane; does the camera see it?"
+            f"near-perspective view: {np.count_nonzero(met)} of {VIEW_GRID_SIZE**2} "
+            "rays meet the chosen part of the plane; give a part that the camera sees"
         )
     if corner is None:
         low, high = hits.points[met].min(axis=0), hits.points[met].max(axis=0)
@@ -624,7 +623,7 @@ def facing_plane(
 
 
 def _facing(ahead, down):
-    """R_camera_view (3, 3): z along `ahead`, y as nearly along `down` as can be."""
+    """R_camera_view (3, 3): z along `ahead`, y as close to `down` as possible."""
     z = ahead / np.linalg.norm(ahead)
     y = down - z * (z @ down)
     y /= np.linalg.norm(y)

@@ -1,8 +1,9 @@
-"""Points from two or more rays in known places, each with its covariance.
+"""Points from two or more rays in known poses, each with its covariance.
 
-Two ways: the point nearest on average to its rays' lines, which is linear (thesis
-5.3.5), and the one that its rays miss least in standard deviations of their noise. The
-former weighs all rays alike, near and far.
+Two estimates: the point with the least squared distances from its rays' lines, which is
+linear (thesis 5.3.5), and the point with the smallest residuals in standard deviations
+of the ray noise. The former gives all rays equal weight, near and far.
+
 Source: Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006 (the linear one).
 """
 
@@ -18,16 +19,15 @@ from raxel.errors import CalibrationError
 from raxel.geometry.poses import rotation_from_vector, tangent_bases
 from raxel.multiview.ray_noise import are_rotations, with_noise
 
-# Points seen along rays from several places: residuals, derivatives, best points. A
-# point is four numbers h = (x, w) of length 1, X = x / w, so that one at infinity is
-# one like others. In a view with pose (R, t) and a ray (o, d) it lies at U = R x + t
-# w - o w, z = d . U, r = w / z (one over its depth), and B^T U / z, with B two
-# vectors across d, is the tangent of the angle by which the ray misses it, both ways.
-# Noise of origin and direction moves that by a covariance C(r) = C_dd + r (C_od +
-# C_od^T) + r^2 C_oo, and L^-1 B^T U / z with C = L L^T is the residual, two numbers
-# of unit variance. C is differentiated as well: left out, it would draw points to
-# where the rays are uncertain. Frames: a world's and the views'; `metre` is the
-# length that is 1 inside.
+# Points seen along rays from several positions: residuals, derivatives, best points. A
+# point is a unit vector h = (x, w) with X = x / w, so points at infinity need no
+# special case. In a view with pose (R, t) and a ray (o, d) it is at U = R x + t w - o
+# w, z = d . U, r = w / z (inverse depth), and B^T U / z, with B two vectors across d,
+# is the tangent of the angle by which the ray misses it, in two components. Noise of
+# origin and direction adds a covariance C(r) = C_dd + r (C_od + C_od^T) + r^2 C_oo, and
+# L^-1 B^T U / z with C = L L^T is the residual, two values of unit variance. The
+# derivative of C is included: without it, points would move to where the rays are
+# uncertain. Frames: the world's and the views'; `metre` is the internal unit of length.
 
 
 MIN_NORM = 1e-30
@@ -62,13 +62,13 @@ class PlacedPoints(NamedTuple):
 
 
 class RayTracks:
-    """The rays of V views as arrays (V, N, ...), with `mask` where a point is seen.
+    """Rays of V views as arrays (V, N, ...), with `mask` where a point is seen.
 
-    They start at their pivots, `back` (V, N) behind their origins: a mirror is far
-    ahead of these, and a scale that is hardly told may put points in between.
-    views: RayViews; count: N, else one more than the largest point's number; metre:
-    mm; centre (3,): the views' origin inside. Raises CalibrationError for numbers that
-    do not fit.
+    They start at their pivots, `back` (V, N) behind their origins: a mirror is far in
+    front of these, and a weakly determined scale may put points in between. views:
+    RayViews; count: N, by default one more than the largest point number; metre: mm;
+    centre (3,): the internal origin of the views. Raises CalibrationError for numbers
+    that do not fit.
     """
 
     def __init__(self, views, count=None, metre=1.0, centre=(0.0, 0.0, 0.0)):
@@ -77,8 +77,8 @@ class RayTracks:
         count = most if count is None else count
         if not count or most > count:
             raise CalibrationError(
-                f"points: rays see point {most - 1} of {count}; give rays and points"
-                " that match"
+                f"points: rays see point {most - 1}, but there are {count}; give "
+                "matching rays and points"
             )
         self.metre, self.centre = float(metre), np.asarray(centre, float)
         self.mask = np.zeros((len(listed), count), bool)
@@ -90,7 +90,7 @@ class RayTracks:
         for v, (rays, index) in enumerate(listed):
             if len(np.unique(index)) < len(index):
                 raise CalibrationError(
-                    f"points: view {v} sees a point along two rays; give it one"
+                    f"points: view {v} sees a point along two rays; give one ray"
                 )
             self.mask[v, index] = True
             pivots, _ = rays.pivots()
@@ -108,14 +108,15 @@ class RayTracks:
         self.spread = dd, od + np.swapaxes(od, 2, 3), oo
 
     def poses(self, T_view_world):
-        """(R (V, 3, 3), t (V, 3)) inside, of poses (V, 4, 4); CalibrationError where
+        """Internal (R (V, 3, 3), t (V, 3)) of poses (V, 4, 4); CalibrationError where
         they are not finite."""
         T = np.asarray(T_view_world, float)
         if not np.isfinite(T).all():
-            raise CalibrationError("points: some poses of views are not finite")
+            raise CalibrationError("points: poses of views must be finite; remove NaN")
         if not are_rotations(T[:, :3, :3]):
             raise CalibrationError(
-                "points: some poses of views are no rotation and shift; give rigid ones"
+                "points: poses of views must be rigid; give a rotation and a "
+                "translation"
             )
         return T[:, :3, :3], (T[:, :3, 3] - self.centre) / self.metre
 
@@ -125,8 +126,8 @@ class RayTracks:
         return h / np.linalg.norm(h, axis=1, keepdims=True)
 
     def starts(self, R, t, middle):
-        """h (N, 4) of points (N, 3), mm; at infinity, along the mean of its rays, for
-        one that is NaN or lies behind a ray."""
+        """h (N, 4) of points (N, 3), mm; at infinity, along the mean of its rays, for a
+        point that is NaN or behind a ray."""
         h = self.homogeneous(np.nan_to_num(middle))
         behind = PointSystem(self, PlacedPoints(R, t, h)).behind | np.isnan(
             middle[:, 0]
@@ -137,8 +138,8 @@ class RayTracks:
         return np.where(behind[:, None], away, h)
 
     def midpoints(self, R, t):
-        """Points (N, 3), mm, nearest on average to their rays' lines; NaN where the
-        lines are parallel or single."""
+        """Points (N, 3), mm, with the least squared distances from their rays' lines;
+        NaN for parallel or single lines."""
         o = np.einsum("vji,vnj->vni", R, self.o - t[:, None])
         d = np.einsum("vji,vnj->vni", R, self.d)
         across = self.mask[..., None, None] * (
@@ -152,9 +153,9 @@ class RayTracks:
 
 
 class PointSystem:
-    """Residuals (V, N, 2) of PlacedPoints, zero where nothing is seen, and derivatives.
+    """Residuals (V, N, 2) of PlacedPoints, zero where not seen, and derivatives.
 
-    cost: (N,) of each point; infinite where it lies behind a ray.
+    cost: (N,) of each point; infinite where it is behind a ray.
     """
 
     def __init__(self, seen, state):
@@ -227,7 +228,7 @@ def moved_poses(state, steps):
 
 
 def settled_points(seen, state, steps):
-    """The state with the best points for its poses: damped steps of each on its own."""
+    """State with the best points for its poses: independent damped steps per point."""
     damping = np.full(len(state.h), FIRST_DAMPING)
     system = PointSystem(seen, state)
     for _ in range(steps):
@@ -262,8 +263,8 @@ def euclidean(h):
 def _listed(view):
     if not isinstance(view, RayView):
         raise CalibrationError(
-            f"points: found {type(view).__name__} among the views; give RayView(rays, "
-            "points) for each"
+            f"points: views: found {type(view).__name__}; give RayView(rays, points) "
+            "for each"
         )
     rays = with_noise(view.rays)
     index = view.points
@@ -271,8 +272,9 @@ def _listed(view):
     whole = index.dtype.kind in "iu" and index.shape == (len(rays.origins),)
     if not whole or index.min(initial=0) < 0 or index.max(initial=0) >= MAX_N_POINTS:
         raise CalibrationError(
-            f"points: found numbers {index.shape} {index.dtype} of {len(rays.origins)} "
-            f"rays; give a whole one for each, from 0 to below {MAX_N_POINTS}"
+            f"points: found numbers {index.shape} {index.dtype} for "
+            f"{len(rays.origins)} rays; give an integer for each, from 0 to below "
+            f"{MAX_N_POINTS}"
         )
     return rays, index
 
@@ -305,8 +307,8 @@ def _half(L, D, e):
 
 
 N_STEPS = 20
-# A point whose distance is known to no better than this share of itself may as well be
-# at infinity: three standard deviations of one over the distance.
+# Maximum standard deviation of the inverse distance, over that value, of a finite
+# point: three standard deviations.
 MAX_DISTANCE_SD_RATIO = 1 / 3
 MIN_ANGLE_SINE, MIN_EIGENVALUE_RATIO, MIN_TRIANGULATED = 1e-9, 1e-15, 1e-60
 DETERMINED, TOO_FEW_RAYS, PARALLEL_RAYS, UNDETERMINED_DISTANCE, BEHIND_RAY = (
@@ -419,7 +421,8 @@ def triangulate(
     T = np.asarray(T_view_world, float)
     if T.shape != (len(views), 4, 4):
         raise CalibrationError(
-            f"triangulation: {len(views)} views and poses {T.shape}; give one for each"
+            f"triangulation: found {len(views)} views and poses {T.shape}; give one "
+            "pose per view"
         )
     seen = RayTracks(views)
     middle = seen.midpoints(*seen.poses(T))
@@ -438,7 +441,7 @@ def triangulate(
 
 
 def largest_angles(seen, R):
-    """(N,), radians: between any two rays of a point; 0 for a single one."""
+    """(N,), rad: largest angle between two rays of a point; 0 for a single ray."""
     d = np.einsum("vji,vnj->nvi", R, seen.d)
     away = np.zeros(seen.mask.shape[1])
     for v in range(1, len(R)):
@@ -487,13 +490,13 @@ def _described(seen, system, parallel, angle, linear, stated):
 
 
 def _of_best(system):
-    """(N, 3, 3): covariance of the steps of points of least residuals."""
+    """(N, 3, 3): covariance of the steps of points with the smallest residuals."""
     J = system.by_points()
     return inverses(np.einsum("vnki,vnkj->nij", J, J))
 
 
 def _of_midpoints(seen, system):
-    """(N, 3, 3): covariance of points nearest to the lines, world frame."""
+    """(N, 3, 3): covariance of the points closest to the lines, world frame."""
     a, b, c = system.L / system.r
     across = np.swapaxes(seen.B, 2, 3) @ system.state.R[:, None]
     across = across * seen.mask[..., None, None]
@@ -504,7 +507,7 @@ def _of_midpoints(seen, system):
 
 
 def inverses(normal):
-    """Inverses (N, 3, 3) of normal matrices; large where one leaves something open."""
+    """Inverses (N, 3, 3) of normal matrices; large for undetermined directions."""
     size = np.sqrt(np.maximum(np.einsum("nii->ni", normal), MIN_TRIANGULATED))
     scale = size[:, :, None] * size[:, None]
     values, V = np.linalg.eigh(normal / scale)

@@ -1,13 +1,14 @@
 """Ray bundle adjustment: poses of a general camera and points of the scene together.
 
-Several pictures of a rigid scene; what is minimised is how far each ray misses its
-point, in standard deviations of the ray (`ray_points`). The points follow the poses:
-for every trial of poses each point is put where it fits best, and the poses' normal
-matrix has the points eliminated (Schur complement).
+Input are several images of a rigid scene. The residuals are the distances of rays from
+their points, in standard deviations of the ray. The points follow the poses: for every
+trial of poses each point has its best position, and the poses' normal matrix has the
+points eliminated (Schur complement).
 
-Gauge: the world is the first view's frame, whose pose stays. A general camera's rays
-tell the scale; where they do not, or it is known, the distance between the first view
-and another is held. Frame: the camera's, the same in all views; mm, radians.
+Gauge: the world is the first view's frame, whose pose is fixed. A general camera's rays
+determine the scale; where they do not, or it is known, the distance between the first
+view and another is fixed. Frame: the camera's, the same in all views; mm, rad.
+
 Source: Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006; Triggs et al.
 2000, doi:10.1007/3-540-44480-7_21 (elimination, gauge).
 """
@@ -41,7 +42,7 @@ from raxel.multiview.ray_noise import COINCIDENCE_TOL, with_noise
 N_FIRST_STEPS, N_FOLLOWING_STEPS, MAX_N_STEPS = 30, 4, 60
 COST_TOL, ROUNDING_TOL = 1e-10, 1e-22
 MIN_N_POINTS = 5  # points in each view
-MAX_INFINITY_FRACTION = 0.5  # share of points at infinity that are too many
+MAX_INFINITY_FRACTION = 0.5  # points at infinity
 
 
 class RayBundle(NamedTuple):
@@ -97,7 +98,7 @@ class RayBundle(NamedTuple):
     def shift(self, view: int) -> NDArray[np.float64]:
         """Return the shift (3,) of the rays' centre between the first view and another.
 
-        It is where the first centre is seen from the other, frame of the other view,
+        It is the first centre as seen from the other view, frame of the other view,
         mm.
         """
         T = self.T_view_world[view] @ inverse_pose(self.T_view_world[0])
@@ -182,8 +183,8 @@ def bundle_rays(
     )
     if held is None and np.mean(state.h[:, 3] <= 0) > MAX_INFINITY_FRACTION:
         raise CalibrationError(
-            "bundle: the rays do not tell the scale, which grew beyond all bounds; name"
-            " a view whose distance from the first is held",
+            "bundle: the scale diverged (undetermined by the rays); fix the distance "
+            "of a view from the first",
             code="no-scale",
         )
     return _described(problem, state, costs, converged, used, spread, stated)
@@ -192,8 +193,8 @@ def bundle_rays(
 class _Poses:
     """The views' poses as unknowns, points eliminated, gauge fixed.
 
-    start: PlacedPoints. Steps are (w, v) of all views, about the rays' centre; those
-    that may be taken are D y, D (6 V, p) by `free`.
+    start: PlacedPoints. Steps are (w, v) of all views, about the rays' centre; allowed
+    ones are D y, D (6 V, p) by `free`.
     """
 
     def __init__(self, seen, held, start):
@@ -202,12 +203,12 @@ class _Poses:
             self.length = np.linalg.norm(self._apart(start))
 
     def evaluate(self, state):
-        """Cost and equations, as `descend` wants them."""
+        """Cost and equations, in the form that `descend` requires."""
         system = PointSystem(self.seen, state)
         return system.cost.sum(), lambda: self._reduced(system)[:2]
 
     def move(self, state, step):
-        """The state after a step (p,), its points settled anew."""
+        """State after a step (p,), with re-estimated points."""
         steps = (self.free(state) @ step).reshape(-1, 6)
         moved = moved_poses(state, steps)
         if self.held is not None:
@@ -215,11 +216,11 @@ class _Poses:
         return settled_points(self.seen, moved, N_FOLLOWING_STEPS)[0]
 
     def free(self, state):
-        """D (6 V, p) at a state: the first view stays, and so does what is held."""
+        """D (6 V, p) at a state: the first view and a fixed distance do not change."""
         D = np.eye(6 * len(state.R))[:, 6:]
         if self.held is None:
             return D
-        # No step of the held view along its way from the first.
+        # No step of the view with a fixed distance along its baseline.
         u = self._apart(state)
         across = tangent_bases((u / np.linalg.norm(u))[None])[0]
         first = 6 * (self.held - 1) + 3
@@ -228,7 +229,7 @@ class _Poses:
         return np.delete(D, first + 2, axis=1)
 
     def _apart(self, state):
-        """(3,): the centre of the first view's rays in the held view's frame."""
+        """(3,): centre of the first view's rays in the frame of the held view."""
         R = state.R[self.held] @ state.R[0].T
         return state.t[self.held] - R @ state.t[0]
 
@@ -240,7 +241,7 @@ class _Poses:
 
     def _reduced(self, system):
         """(normal (p, p), gradient (p,), coupling (6 V, N, 3), inverses (N, 3, 3)):
-        poses with the points eliminated, and what that took."""
+        poses with the points eliminated, and the terms of the elimination."""
         by_place = system.by_place()
         A, B = system.by_poses(by_place), system.by_points(by_place)
         views, count = A.shape[:2]
@@ -260,7 +261,7 @@ class _Poses:
         return D.T @ normal @ D, D.T @ gradient, coupling, inverse
 
     def covariances(self, state):
-        """(6 V, 6 V) of the steps and (N, 3, 3) of the points, units of inside."""
+        """(6 V, 6 V) of the steps and (N, 3, 3) of the points, internal units."""
         system = PointSystem(self.seen, state)
         normal, _, coupling, inverse = self._reduced(system)
         D = self.free(state)
@@ -307,13 +308,14 @@ def _described(problem, state, costs, converged, used, spread, stated):
 
 
 def _start(views, T, points, centre):
-    """(RayTracks, used (N,), h (n, 4)): what is adjusted, and the points' starts."""
+    """(RayTracks, used (N,), h (n, 4)): adjusted points and their initial values."""
     seen = RayTracks(views)
     R, t = seen.poses(T)
     middle = seen.midpoints(R, t) if points is None else np.asarray(points, float)
     if middle.shape != (seen.mask.shape[1], 3):
         raise CalibrationError(
-            f"bundle: found points {middle.shape}, rays see {seen.mask.shape[1]} points"
+            f"bundle: found points {middle.shape} for {seen.mask.shape[1]} points of "
+            "the rays; give one each"
         )
     middle = np.where(np.isfinite(middle).all(axis=1)[:, None], middle, np.nan)
     used = seen.mask.sum(axis=0) >= 2
@@ -322,8 +324,8 @@ def _start(views, T, points, centre):
     counts = [len(view.points) for view in kept]
     if min(counts) < MIN_N_POINTS:
         raise CalibrationError(
-            f"bundle: view {int(np.argmin(counts))} sees {min(counts)} points that"
-            f" another one sees as well; {MIN_N_POINTS} or more are needed",
+            f"bundle: view {int(np.argmin(counts))} shares {min(counts)} points with "
+            f"other views; give {MIN_N_POINTS} or more",
             code="too-few-points",
         )
     middle = middle[used]
@@ -353,14 +355,14 @@ def _centre(views):
 def _check_shapes(count, T, held):
     if count < 2 or T.shape != (count, 4, 4):
         raise CalibrationError(
-            f"bundle: {count} views and poses {T.shape}; give two or more views and a"
-            " pose (4, 4) for each",
+            f"bundle: found {count} views and poses {T.shape}; give two or more views "
+            "with a pose (4, 4) each",
             code="shape",
         )
     whole = isinstance(held, (int, np.integer)) and not isinstance(held, bool)
     if held is not None and not (whole and 0 < held < count):
         raise CalibrationError(
-            f"bundle: view {held} is to be held; give one from 1 to {count - 1}",
+            f"bundle: held: found view {held}; give one from 1 to {count - 1}",
             code="held-view",
         )
 
@@ -373,13 +375,13 @@ def _check_scale(T, centre, spread, held):
             np.abs(centre).max() + np.abs(T[:, :3, 3]).max()
         ):
             raise CalibrationError(
-                f"bundle: view {held} is to be held where the first is; give a start "
-                "that is apart from it",
+                f"bundle: view {held} has a fixed distance of 0 from the first; give "
+                "another start",
                 code="held-view",
             )
     if held is None and not spread:
         raise CalibrationError(
-            "bundle: all rays pass through one point, so nothing tells the scale; name"
-            " a view whose distance from the first is held",
+            "bundle: all rays pass through one point (undetermined scale); fix the "
+            "distance of a view from the first",
             code="no-scale",
         )

@@ -1,21 +1,19 @@
 """Noise of rays, and the gaps between matched rays.
 
-How far matched rays of a general camera miss each other, and what motion does to it.
-
 Rays (p_1, d_1) and (p_2, d_2) of two views meet under X_2 = R X_1 + t where
 
     g = (q x d_2) . b = 0,   q = R d_1,   b = R p_1 + t - p_2,
 
 which is (5.30) written out. Its first-order standard deviation s follows from the rays'
 noise; g / s is the residual (Sampson's error): its square is the least sum of squares,
-in standard deviations, by which origins and directions of a pair have to move until it
-meets. For a central camera that is `epipolar.epipolar_angles`. Distances alone would
-reward a small scene.
+in standard deviations, of shifts of origins and directions of a pair until it meets.
+For a central camera that is `epipolar.epipolar_angles`. Unweighted distances would
+favour a small scene.
 
-Both views have the same frame but for the motion. It is told about a point c of that
-frame, its `centre`: X_2 - c = R (X_1 - c) + u, with t = u + c - R c. For a bent mirror
-the frame's origin is far from where its rays come from, and a turn about there would
-look like a shift.
+Both views have the same frame except for the motion. The motion is relative to a point
+c of that frame, its `centre`: X_2 - c = R (X_1 - c) + u, with t = u + c - R c. For a
+bent mirror the frame's origin is far from the rays' origins, and a rotation about it
+would resemble a shift.
 """
 
 from __future__ import annotations
@@ -29,16 +27,15 @@ from raxel.cameras.core.base import Camera, Rays, centrality, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, tangent_bases
 
-# Rays that are known to within something: how far each may turn and shift. What noise
-# in the image does to a ray depends on the camera. In a central one the ray turns
-# about the centre; before a bent mirror it turns about a point of the caustic that is
-# another one in each direction. Both are a covariance of origin and direction. Frame:
-# the camera's; mm, radians.
+# Rays with uncertain direction and position. The effect of image noise on a ray depends
+# on the camera. In a central one the ray rotates about the centre; with a bent mirror
+# it rotates about a point of the caustic, a different one in each direction. Both are a
+# covariance of origin and direction. Frame: the camera's; mm, rad.
 
 
-STEP_PX = 0.25  # over which a camera's rays are differenced
-UNIT_NORM_TOL = 1e-6  # by which a unit direction may be off
-MAX_ORIGIN_MM = 1e15  # mm: no camera has a ray that begins there
+STEP_PX = 0.25  # for derivatives of a camera's rays
+UNIT_NORM_TOL = 1e-6  # error of a unit direction's length
+MAX_ORIGIN_MM = 1e15
 
 
 class NoisyRays(NamedTuple):
@@ -78,50 +75,48 @@ class NoisyRays(NamedTuple):
         return self._replace(origins=o, covariance=C)
 
     def pivots(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(points (N, 3), sd (N,)): where each ray is best known, and its turn there.
+        """(points (N, 3), sd (N,)): pivot of each ray, and its angular noise there.
 
-        The noise that comes nearest to the ray's own while it turns alike to all sides
-        about one point of it. sd: radians, along one axis. Raises CalibrationError for
-        rays that noise shifts but does not turn, as in an orthographic camera.
+        Isotropic rotation about one point of the ray that is closest to its noise. sd:
+        rad, along one axis. Raises CalibrationError for rays with parallel shifts only,
+        as in an orthographic camera.
         """
         C = self.covariance
         turn = np.trace(C[:, 3:, 3:], axis1=1, axis2=2)
         if not np.all(turn > 0):
             raise CalibrationError(
-                f"rays: noise does not turn {np.count_nonzero(~(turn > 0))} of"
-                f" {len(turn)}, as in an orthographic camera; give angular_rays"
+                f"rays: {np.count_nonzero(~(turn > 0))} of {len(turn)} have no angular "
+                "noise (orthographic camera); give angular_rays"
             )
         along = -np.trace(C[:, :3, 3:], axis1=1, axis2=2) / turn
         return self.origins + along[:, None] * self.directions, np.sqrt(turn / 2)
 
 
 def angular_rays(rays, sd=1.0, *, about=None):
-    """NoisyRays of rays that turn alike to all sides, as those of a central camera.
+    """NoisyRays with isotropic angular noise, as those of a central camera.
 
-    rays: anything with origins (N, 3) and unit directions (N, 3), such as the `Rays`
-    of a camera; sd: radians, (N,) or one, of each of a direction's two components.
-    Where it is not known, leave it: residuals are then radians. about: (3,), each ray
-    turns about its own point next to this one; default: the point next to all rays.
-    Raises CalibrationError for rays that are not finite or directions not unit.
+    rays: object with origins (N, 3) and unit directions (N, 3), such as the `Rays` of a
+    camera; sd: rad, (N,) or one, of each of a direction's two components. If it is
+    unknown, keep the default: residuals are then radians. about: (3,), each ray rotates
+    about its point closest to this one; default: the point closest to all rays. Raises
+    CalibrationError for rays that are not finite or directions that are not unit.
     """
     o, d = checked_rays(rays)
     if len(o) == 0:
-        raise CalibrationError("rays: found none; give those of pixels that have one")
+        raise CalibrationError("rays: found none; give pixels that have a ray")
     if about is not None and not _finite(about, (3,)):
-        raise CalibrationError("rays: about is no place; give three finite numbers, mm")
+        raise CalibrationError("rays: about: give three finite numbers, mm")
     if np.shape(sd) not in ((), (len(o),)):
         raise CalibrationError(
-            f"rays: found standard deviations {np.shape(sd)} of {len(o)} rays; give "
-            "one, or one for each"
+            f"rays: standard deviations: found shape {np.shape(sd)} for {len(o)} rays; "
+            "give one, or one for each"
         )
     if about is None:
         about = closest_point(Rays(o, d, np.ones(len(o), bool)))
     back = np.einsum("ni,ni->n", o - np.asarray(about, float), d)[:, None, None]
     sd = np.broadcast_to(np.asarray(sd, float), len(o))
     if not np.all((sd > 0) & np.isfinite(sd)):
-        raise CalibrationError(
-            "rays: standard deviations must be above zero and finite"
-        )
+        raise CalibrationError("rays: standard deviations: must be finite and above 0")
     across = sd[:, None, None] ** 2 * (np.eye(3) - d[:, :, None] * d[:, None, :])
     C = np.block([[back**2 * across, back * across], [back * across, across]])
     return NoisyRays(o, d, C)
@@ -172,8 +167,8 @@ def rays_of_pixels(
         np.isfinite(sd_px) & (np.asarray(sd_px) > 0)
     ):
         raise CalibrationError(
-            f"rays: standard deviations {np.shape(sd_px)} of {len(pixels)} pixels must "
-            "be one or one for each, finite and above zero"
+            f"rays: standard deviations: found shape {np.shape(sd_px)} for "
+            f"{len(pixels)} pixels; give one, or one for each, finite and above 0"
         )
     steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
@@ -182,8 +177,8 @@ def rays_of_pixels(
     seen = rays.valid.reshape(5, -1).all(axis=0)
     if not seen.all():
         raise CalibrationError(
-            f"rays: {np.count_nonzero(~seen)} of {len(pixels)} pixels, or places a"
-            " quarter of a pixel beside them, have no ray; leave these out"
+            f"rays: {np.count_nonzero(~seen)} of {len(pixels)} pixels, or positions a "
+            "quarter of a pixel from them, have no ray; exclude these"
         )
     by_u, by_v = sides[0] - sides[1], sides[2] - sides[3]
     J = np.stack([by_u, by_v], axis=2) / (2 * STEP_PX)
@@ -192,14 +187,14 @@ def rays_of_pixels(
 
 
 def with_noise(rays) -> NoisyRays:
-    """Rays as they are if they know their noise, else as `angular_rays` of 1 radian."""
+    """Rays with their own noise if they have one, else as `angular_rays` of 1 rad."""
     if hasattr(rays, "covariance"):
         o, _ = checked_rays(rays)
         C = rays.covariance
         if not _finite(C, (len(o), 6, 6)) or np.any(np.einsum("nii->ni", C) < 0):
             raise CalibrationError(
-                f"rays: found covariance {np.shape(C)} of {len(o)} rays; give (N, 6, "
-                "6), finite, without negative variances"
+                f"rays: covariance: found shape {np.shape(C)} for {len(o)} rays; give "
+                "(N, 6, 6), finite, without negative variances"
             )
         return rays
     return angular_rays(rays)
@@ -209,7 +204,7 @@ def checked_rays(rays):
     """(origins, directions), (N, 3); CalibrationError where they are not finite."""
     if not (hasattr(rays, "origins") and hasattr(rays, "directions")):
         raise CalibrationError(
-            f"rays: found {type(rays).__name__}; give what camera.rays(pixels) returns"
+            f"rays: found {type(rays).__name__}; give the result of camera.rays(pixels)"
         )
     o, d = np.asarray(rays.origins, float), np.asarray(rays.directions, float)
     if o.ndim != 2 or o.shape[1] != 3 or o.shape != d.shape:
@@ -220,13 +215,13 @@ def checked_rays(rays):
     bad = np.count_nonzero(~np.isfinite(o + d).all(axis=1))
     if bad:
         raise CalibrationError(
-            f"rays: {bad} of {len(o)} are not finite; leave pixels without a ray out"
+            f"rays: {bad} of {len(o)} are not finite; exclude pixels without a ray"
         )
     if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT_NORM_TOL:
         raise CalibrationError("rays: directions are not of length 1; normalise them")
     if np.abs(o).max(initial=0) > MAX_ORIGIN_MM:
         raise CalibrationError(
-            f"rays: an origin is {np.abs(o).max():.3g} mm away; give origins near the "
+            f"rays: found an origin at {np.abs(o).max():.3g} mm; give origins near the "
             "camera, mm"
         )
     return o, d
@@ -236,10 +231,10 @@ def _finite(values, shape):
     return np.shape(values) == shape and bool(np.isfinite(values).all())
 
 
-COINCIDENCE_TOL = 1e-9  # of the distances at hand: rays so near to one point share it
-MIN_N_POSE_PAIRS = 6  # pairs, for rotation and translation
-ORTHOGONALITY_TOL = 1e-4  # by which R R^T of a pose may miss I
-# Where two origins coincide; its powers must not overflow.
+COINCIDENCE_TOL = 1e-9  # distance from a common point, over the distances in the scene
+MIN_N_POSE_PAIRS = 6  # for rotation and translation
+ORTHOGONALITY_TOL = 1e-4  # largest entry of R R^T - I
+# Lower bound for coincident origins; its powers must not overflow.
 MIN_VARIANCE = 1e-90
 
 
@@ -314,20 +309,19 @@ def matched_rays(
     count = len(rays_1.origins)
     if count != len(rays_2.origins):
         raise CalibrationError(
-            f"motion: {count} rays and {len(rays_2.origins)} rays; give as many of"
-            " both",
+            f"motion: found {count} and {len(rays_2.origins)} rays; give equal numbers",
             code="shape",
         )
     if count < fewest:
         raise CalibrationError(
-            f"motion: {count} pairs of rays; {fewest} or more are needed",
+            f"motion: found {count} pairs of rays; give {fewest} or more",
             code="too-few-rays",
         )
     different = _different(rays_1, rays_2)
     if different < min(count, fewest + 1):
         raise CalibrationError(
-            f"motion: only {different} of {count} pairs of rays differ, the others are "
-            f"repeated; more than {fewest} different ones are needed",
+            f"motion: found {different} distinct of {count} pairs of rays; give more "
+            f"than {fewest} distinct ones",
             code="degenerate-points",
         )
     o, d = (
@@ -344,24 +338,25 @@ def matched_rays(
 
 
 def _different(rays_1, rays_2):
-    """How many of the pairs are not the same as another one."""
+    """Number of distinct pairs."""
     pairs = np.column_stack([*rays_1[:2], *rays_2[:2]])
     return len(np.unique(pairs, axis=0))
 
 
 def checked_motion(T_2_1: ArrayLike) -> NDArray[np.float64]:
-    """A motion (4, 4) as floats; CalibrationError for what is no rotation and shift."""
+    """Motion (4, 4) as floats; CalibrationError for an invalid one."""
     T = np.asarray(T_2_1, float)
     if T.shape != (4, 4) or not are_rotations(T[:3, :3]):
         raise CalibrationError(
-            f"motion: the start {T.shape} is none; give (4, 4), a rotation and a shift",
+            f"motion: start: found no rigid motion ({T.shape}); give a rotation and a "
+            "translation, (4, 4)",
             code="shape",
         )
     return T
 
 
 def are_rotations(R):
-    """Whether matrices (..., 3, 3) are finite, and rotations to within rounding."""
+    """Whether matrices (..., 3, 3) are finite, and rotations within rounding."""
     R = np.asarray(R, float)
     if not np.isfinite(R).all():
         return False
@@ -398,21 +393,21 @@ def gaps(
 def gap_system(R, u, pairs):
     """`gaps` (N,) and their Jacobian (N, 6).
 
-    The motion moves as `moved_motion`: exp([w]x) R about the centre, u + v; columns w,
-    v.
+    The motion changes as in `moved_motion`: exp([w]x) R about the centre, u + v;
+    columns w, v.
     """
     gap = _Gap(R, u, pairs)
     return gap.residuals, gap.jacobian()
 
 
 def moved_motion(state, step):
-    """The motion (R, u) after a step (6,): exp([w]x) R, and u + v."""
+    """Motion (R, u) after a step (6,): exp([w]x) R, and u + v."""
     R, u = state
     return rotation_from_vector(step[:3]) @ R, u + step[3:]
 
 
 def along_sphere(u):
-    """Steps of a motion whose u keeps its length: D (6, 5), step = D y."""
+    """Steps of a motion with a constant length of u: D (6, 5), step = D y."""
     D = np.zeros((6, 5))
     D[:3, :3] = np.eye(3)
     D[3:, 3:] = tangent_bases((u / np.linalg.norm(u))[None])[0]
@@ -420,7 +415,7 @@ def along_sphere(u):
 
 
 def depths_of_pairs(R, u, pairs):
-    """Where matched rays pass nearest to each other: (N, 2), mm from their origins.
+    """Closest points of matched rays: depths (N, 2), mm from their origins.
 
     Negative behind the origins, infinite or NaN for parallel rays.
     """
@@ -434,14 +429,14 @@ def depths_of_pairs(R, u, pairs):
 
 
 def share_ahead(R, u, pairs):
-    """Share of the pairs that pass nearest to each other ahead of both origins."""
+    """Share of the pairs whose closest points are in front of both origins."""
     if not len(pairs.rays_1.origins):
         return 0.0
     return float(np.mean(np.all(depths_of_pairs(R, u, pairs) > 0, axis=1)))
 
 
 class _Gap:
-    """One motion's gaps; derivatives are triple products of what is kept here."""
+    """Gaps of one motion; derivatives are triple products of the stored terms."""
 
     def __init__(self, R, u, pairs):
         (p_1, d_1, C_1), (p_2, self.d, C_2) = pairs.rays_1, pairs.rays_2
@@ -450,7 +445,7 @@ class _Gap:
         self.n = np.cross(self.q, self.d)
         self.m_1, self.m_2 = np.cross(self.d, self.b), np.cross(self.b, self.q)
         self.g = np.einsum("ni,ni->n", self.n, self.b)
-        # What noise of each ray's (origin, direction) does to g, and C times that.
+        # Derivatives of g by each ray's (origin, direction), and C times these.
         by_1 = np.concatenate([self.n @ R, self.m_1 @ R], axis=1)
         by_2 = np.concatenate([-self.n, self.m_2], axis=1)
         self.h_1, self.h_2 = (
@@ -467,7 +462,7 @@ class _Gap:
         q, d, b = self.q, self.d, self.b
         o_1, t_1 = self.h_1[:, :3] @ self.R.T, self.h_1[:, 3:] @ self.R.T
         o_2, t_2 = self.h_2[:, :3], self.h_2[:, 3:]
-        # Half the variance by q and by b, and by the turn of the first view's noise.
+        # Half the variance by q and by b, and by the rotation of the first noise.
         by_q = np.cross(d, o_1 - o_2) + np.cross(t_2, b)
         by_b = np.cross(t_1, d) + np.cross(q, t_2)
         turn = np.cross(o_1, self.n) + np.cross(t_1, self.m_1)
@@ -478,6 +473,6 @@ class _Gap:
         return by_g / s - (self.g[:, None] / s**3) * half
 
     def _by_motion(self, by_q, by_b):
-        """Derivatives (N, 6) by (w, v) of what changes so by q and b."""
+        """Derivatives (N, 6) by (w, v) of a quantity with these ones by q and b."""
         w = np.cross(self.q, by_q) + np.cross(self.arm, by_b)
         return np.concatenate([w, by_b], axis=1)

@@ -1,11 +1,10 @@
 """Views without distortion: perspective, cylindrical, and of a plane.
 
-A picture laid out on a plane whose points the pixels are known to see.
-
-An active grid tells each pixel the point of its plane that it sees. That alone takes
-the distortion out of any picture that the same camera takes: no model is needed, and
-none is fitted (thesis 3.3.4). What the plane's view cannot show is depth; where the
-camera is central, the picture is the one of a pinhole whose image plane the grid is.
+`remap_to_plane` resamples an image on a plane with a known point for each pixel. An
+active grid (phase-shift structured light) gives each pixel its point of the plane. This
+removes the distortion of any image of the same camera without a model (thesis 3.3.4).
+The plane's view shows no depth; for a central camera, the result is the image of a
+pinhole camera whose image plane is the grid.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.geometry.pixel_cells import usual_step, whole_cells
 
-# The picture a pinhole would have taken: undistortion through a camera's rays.
+# Image of a pinhole camera: undistortion through a camera's rays.
 
 
 STEP_PX = 4.0
@@ -31,7 +30,7 @@ MAX_VIEW_ANGLE_RAD = np.radians(60)
 MIN_SLOPE = 1e-9
 BLOCK = 1 << 16
 OUTSIDE_PIXEL = -10.0
-# Points stand for directions at this range, mm: beyond any mirror of the camera's.
+# Range of points that represent directions, mm: beyond any mirror of the camera.
 FAR_RANGE_MM = 1e6
 
 
@@ -102,8 +101,8 @@ def perspective_view(camera: Camera) -> PerspectiveView:
         return PerspectiveView(camera.K, np.eye(3), np.zeros(3), *size)
     if not camera.central:
         raise InputError(
-            f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
-            "perspective view would depend on the range; give a central camera"
+            f"camera of kind {camera.kind}: not central, so a perspective view would "
+            "depend on the range; give a central camera"
         )
     middle, rays = _middle_rays(camera)
     ahead = rays.directions[0]
@@ -119,7 +118,8 @@ def perspective_view(camera: Camera) -> PerspectiveView:
 
 
 def _focal_that_holds(camera, R_camera_view, middle):
-    """The largest focal length (px) whose picture holds all rays within MAX_VIEW_ANGLE_RAD."""
+    """Largest focal length (px) with all rays within MAX_VIEW_ANGLE_RAD in the
+    image."""
     size = np.array([camera.width, camera.height])
     rays = camera.rays(_grid(camera))
     seen = rays.directions[rays.valid] @ R_camera_view
@@ -201,7 +201,7 @@ def resample(image: np.ndarray, sources: np.ndarray) -> np.ndarray:
 
 
 def _middle_rays(camera):
-    """The pixel nearest to the middle that has rays all around, and those five rays.
+    """Pixel closest to the image centre with rays around it, and those five rays.
 
     The rays are those of the pixel itself, then at STEP_PX right, left, below, above.
     """
@@ -213,15 +213,15 @@ def _middle_rays(camera):
     valid = camera.rays(crosses.reshape(-1, 2)).valid.reshape(-1, 5).all(axis=1)
     if not valid.any():
         raise InputError(
-            f"camera of kind {camera.kind}: no pixel has a ray with rays around it; "
-            "calibrate with boards that cover more of the image"
+            f"camera of kind {camera.kind}: no pixel has rays on all sides; calibrate "
+            "with boards that cover more of the image"
         )
     cross = crosses[np.argmax(valid)]
     return cross[0], camera.rays(cross)
 
 
 def _grid(camera):
-    """CYLINDER_GRID_SIZE x CYLINDER_GRID_SIZE pixels spread over the image."""
+    """CYLINDER_GRID_SIZE x CYLINDER_GRID_SIZE pixels, evenly spaced over the image."""
     size = np.array([camera.width, camera.height])
     return (
         pixel_grid(PERSPECTIVE_GRID_SIZE, PERSPECTIVE_GRID_SIZE)
@@ -230,14 +230,13 @@ def _grid(camera):
     )
 
 
-# The panorama around a camera: its picture unrolled from a cylinder. Directions are
-# given by azimuth, to the right of straight ahead, and elevation, upwards from the
-# horizon. A cylinder of radius f px shows a direction at u = u_0 + f azimuth, v = v_0
-# - f tan(elevation): what stands upright in the world becomes a column, the horizon a
-# row.
+# Panorama around a camera: an unrolled cylindrical image. Directions are given by
+# azimuth, to the right of straight ahead, and elevation, upwards from the horizon. A
+# cylinder of radius f px shows a direction at u = u_0 + f azimuth, v = v_0 - f
+# tan(elevation): vertical lines of the world become columns, the horizon a row.
 
 
-# Rays at most this far from the horizon set the height of the picture.
+# Largest elevation of rays that determine the height of the image.
 MAX_ELEVATION_RAD = np.radians(75)
 CYLINDER_GRID_SIZE = 401
 
@@ -332,8 +331,8 @@ def cylindrical_view(
     """
     if not camera.central:
         raise InputError(
-            f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
-            "panorama would depend on the range; give a central camera",
+            f"camera of kind {camera.kind}: not central, so a panorama would depend on "
+            "the range; give a central camera",
             code="not-central",
         )
     R_camera_view = _level_frame(down, ahead)
@@ -349,7 +348,7 @@ def cylindrical_view(
     if not near.any():
         raise InputError(
             f"camera of kind {camera.kind}: no ray is within "
-            f"{np.degrees(MAX_ELEVATION_RAD):.0f} degrees of the horizon; is 'down' down?",
+            f"{np.degrees(MAX_ELEVATION_RAD):.0f} degrees of the horizon; check 'down'",
             code="outside-image",
         )
     radius = width / (2 * np.pi)
@@ -362,41 +361,43 @@ def cylindrical_view(
 
 
 def _level_frame(down, ahead):
-    """R_camera_view (3, 3): y down, z ahead made level, x to the right."""
+    """R_camera_view (3, 3): y down, z ahead and horizontal, x to the right."""
     y = np.asarray(down, float)
     x = np.cross(y, np.asarray(ahead, float))
     sizes = np.linalg.norm(y), np.linalg.norm(x)
     if not min(sizes) > 0:
         raise InputError(
-            f"found down {list(map(float, down))} and ahead {list(map(float, ahead))}; "
-            "give two directions that are not parallel",
+            f"view: found down {list(map(float, down))} and ahead "
+            f"{list(map(float, ahead))}; give two directions that are not parallel",
             code="parallel-directions",
         )
     y, x = y / sizes[0], x / sizes[1]
     return np.column_stack([x, y, np.cross(x, y)])
 
 
-MAX_N_SUBSAMPLES = 8  # along each axis of a pixel of the picture
-MAX_PIXEL_RATIO = 4  # of a picture to one of the image
-TRIANGLE_EDGE_TOL = 1e-9  # of a triangle: so little outside counts as inside
-MIN_VARIANCE = 1e-12  # of a point that is said to be exact
+MAX_N_SUBSAMPLES = 8  # along each axis of a pixel of the new image
+MAX_PIXEL_RATIO = 4  # pixels of the new image over those of the given one
+TRIANGLE_EDGE_TOL = 1e-9  # barycentric: points this little outside count as inside
+MIN_VARIANCE = 1e-12  # of an exact point
 
 
 def plane_scale(location, mask=None):
-    """(size, length per px) of a picture of all that `remap_to_plane` can show.
+    """(size, length per px) of an image of all that `remap_to_plane` can show.
 
-    In the unit of the locations: the size from the grid's corner to the last place that
-    is seen; a pixel of the picture is as long as the median step between neighbouring
-    pixels of the image, or longer where the picture would have more than MAX_PIXEL_RATIO
-    times the image's pixels. Raises InputError where no neighbours see anything.
+    In the unit of the locations: the size from the grid's corner to the last visible
+    position. A pixel of the new image is as long as the median step between
+    neighbouring pixels of the given one, or longer to limit the new image to
+    MAX_PIXEL_RATIO times its pixels. Raises InputError where no neighbours see a point.
     """
     location, _ = _checked(location[..., 0], location, None, mask)
     step = usual_step(location)
     if not step > 0:
-        raise InputError("location: no two neighbouring pixels see different places")
+        raise InputError(
+            "location: no two neighbouring pixels see different positions; check it"
+        )
     size = np.nanmax(location.reshape(-1, 2), axis=0)
     if not (size > 0).all():
-        raise InputError("location: all of it is left of the grid or above it")
+        raise InputError("location: all points are left of or above the grid; check it")
     most = MAX_PIXEL_RATIO * location[..., 0].size
     return tuple(size), max(step, float(np.sqrt(np.prod(size) / most)))
 
@@ -455,11 +456,14 @@ def remap_to_plane(
     width, height = (math.floor(s / mm_per_px + 1e-9) for s in size_mm)
     if width < 1 or height < 1:
         raise InputError(
-            f"size_mm: found {tuple(size_mm)} at {mm_per_px} mm per px; not one pixel"
+            f"size_mm: {tuple(size_mm)} at {mm_per_px} mm per px is less than one "
+            "pixel; give a larger size"
         )
     whole = whole_cells(location, sigma)
     if not whole.any():
-        raise InputError("location: no four neighbouring pixels see one surface")
+        raise InputError(
+            "location: no four neighbouring pixels see one surface; check it"
+        )
     fine = math.ceil(mm_per_px / max(usual_step(location), 1e-9))
     fine = min(max(fine, 1), MAX_N_SUBSAMPLES)
     places = location * (fine / mm_per_px) - 0.5  # of samples
@@ -491,8 +495,8 @@ def _checked(image, location, sigma, mask):
     for name, given in found.items():
         if given != shape:
             raise InputError(
-                f"{name}: found {given[0]} x {given[1]} pixels; the image has "
-                f"{shape[0]} x {shape[1]}"
+                f"{name}: found {given[0]} x {given[1]} pixels; give {shape[0]} x "
+                f"{shape[1]}, as the image"
             )
     return location, None if sigma is None else np.asarray(sigma, float)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import InputError
 from raxel.multiview.fits.planes import checked_points, least_distances
 
-MIN_SAGITTA_RATIO = 1e-9  # sagitta over extent of points that lie on a line
+MIN_SAGITTA_RATIO = 1e-9  # sagitta over extent of points on a line
 
 
 class CircleFit(NamedTuple):
@@ -123,7 +123,7 @@ def circle_distances(
 def _start(points):
     start = algebraic_circles(points)
     if not np.isfinite(start).all():
-        raise InputError("circle: the points lie on one line; give points beside it")
+        raise InputError("circle: the points are collinear; add points off the line")
     return start
 
 

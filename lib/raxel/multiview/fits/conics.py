@@ -16,9 +16,8 @@ from raxel.geometry.homography import normalising
 from raxel.geometry.planes import stepped, tangents
 from raxel.multiview.fits.planes import checked_points, least_distances
 
-MIN_SINGULAR_RATIO = (
-    1e-9  # fifth singular value over the first of points that determine no conic
-)
+# Fifth over first singular value: below, the conic is undetermined.
+MIN_SINGULAR_RATIO = 1e-9
 MAX_N_STEPS, STEP_TOL = 30, 1e-13
 
 
@@ -139,7 +138,7 @@ def conic_distances(
     for _ in range(MAX_N_STEPS):
         g, _ = _gradient(coefficients, feet)
         e = feet - points
-        # Q = 0, and the way from the point is along the gradient.
+        # Q = 0, and the vector from the point is along the gradient.
         on, along = value(coefficients, feet), g[:, 0] * e[:, 1] - g[:, 1] * e[:, 0]
         by_x = H[0, 0] * e[:, 1] - H[1, 0] * e[:, 0] - g[:, 1]
         by_y = H[0, 1] * e[:, 1] - H[1, 1] * e[:, 0] + g[:, 0]
@@ -202,8 +201,8 @@ def _algebraic(points):
     _, values, Vt = np.linalg.svd(np.linalg.qr(_monomials(points), mode="r"))
     if len(values) > 4 and not values[4] > MIN_SINGULAR_RATIO * values[0]:
         raise InputError(
-            "conic: the points leave it open; four of five lie on a line, or they are "
-            "repeated"
+            "conic: the points do not determine it (four of five collinear, or "
+            "repeated); add other points"
         )
     return Vt[5]
 
@@ -222,7 +221,7 @@ def _normalising(points):
         return normalising(points)
     except InputError:
         raise InputError(
-            "conic: all points are the same; give points of a curve"
+            "conic: all points are equal; give distinct points of a curve"
         ) from None
 
 
@@ -254,6 +253,6 @@ def _as_fit(fit, T, points, sigma):
     J = carried @ tangents(fit.parameters)
     distances, _ = conic_distances(c, points)
     covariance = J @ fit.covariance @ J.T
-    # No length where it is told in standard deviations that were given.
+    # No length in px where given standard deviations are the unit.
     scatter = fit.sigma / T[0, 0] if sigma is None else fit.sigma
     return ConicFit(c, covariance, distances, scatter)

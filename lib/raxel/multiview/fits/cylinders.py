@@ -1,10 +1,11 @@
 """Cylinders of unknown axis and radius through points in space.
 
-Directions of the axis are tried all over the half sphere: seen along the right one, the
-points lie on a circle. That needs no normals and bears arcs of 60 degrees. The best are
+Directions of the axis are tried over the half sphere: along the right one, the points
+form a circle. This needs no normals and works for arcs of 60 degrees. The best are
 refined to the least squared distances.
+
 The search is that of Eberly 2003, "Fitting 3D data with a cylinder" (geometrictools),
-with circles in place of his quadratic form.
+with circles instead of his quadratic form.
 """
 
 from __future__ import annotations
@@ -23,15 +24,13 @@ from raxel.multiview.fits.planes import (
     least_distances,
 )
 
-MIN_N_POINTS = 7  # points, for five numbers: through five there are up to six cylinders
-N_DIRECTIONS = 600  # that are tried
-N_SEARCH_POINTS = 300  # points that judge directions
-MAX_N_STARTS, MAX_AXIS_COSINE = (
-    6,
-    np.cos(np.radians(12)),
-)  # that are refined; between their axes
+MIN_N_POINTS = 7  # for five parameters: five points allow up to six cylinders
+N_DIRECTIONS = 600  # trial directions of the axis
+N_SEARCH_POINTS = 300  # points that score directions
+# Number of refined starts, and largest cosine between two of their axes.
+MAX_N_STARTS, MAX_AXIS_COSINE = 6, np.cos(np.radians(12))
 N_STEPS, DAMPING = 12, 1e-6
-MIN_RADIUS_SIGMAS = 3.0  # standard deviations of the radius that it has to be long
+MIN_RADIUS_SIGMAS = 3.0  # radius over its standard deviation
 MAX_RADIUS_RATIO = 1e4  # radius over extent
 
 
@@ -123,7 +122,7 @@ def cylinder_system(cylinders, points):
     apart = np.linalg.norm(off, axis=-1)
     outward = off / np.maximum(apart, 1e-300)[..., None]
     by_shift = -outward @ _bases(cylinders)
-    # A turn about x moves the axis along -y, one about y along x.
+    # A rotation about x moves the axis along -y, one about y along x.
     by_turn = along[..., None] * by_shift[..., ::-1] * [-1.0, 1.0]
     by_radius = np.full((*apart.shape, 1), -1.0)
     jacobian = np.concatenate([by_turn, by_shift, by_radius], axis=-1)
@@ -131,8 +130,8 @@ def cylinder_system(cylinders, points):
 
 
 def turned_axis(cylinders, step):
-    """Cylinders (..., 7) after steps (..., 5): turns about x and y of `tangent_bases`
-    of the axis, shifts along these, and the radius."""
+    """Cylinders (..., 7) after steps (..., 5): rotations about x and y of
+    `tangent_bases` of the axis, shifts along these, and the radius."""
     basis = _bases(cylinders)
     tilt = np.stack([step[..., 1], -step[..., 0]], axis=-1)
     axis = cylinders[..., 3:6] + (basis @ tilt[..., None])[..., 0]
@@ -147,7 +146,7 @@ def _bases(cylinders):
 
 
 def _by_direction(points):
-    """Up to MAX_N_STARTS cylinders (k, 7) whose axes are apart, those of the best circles."""
+    """Up to MAX_N_STARTS cylinders (k, 7) of the best circles with distinct axes."""
     cylinders, gaps = _circles_along(points[None], _half_sphere(N_DIRECTIONS))
     order = np.argsort(gaps[0], kind="stable")
     chosen = []
@@ -158,15 +157,15 @@ def _by_direction(points):
         if len(chosen) == MAX_N_STARTS:
             break
     if not chosen:
-        raise InputError("cylinder: the points lie on one line, seen from all sides")
+        raise InputError("cylinder: the points are collinear; add points off the line")
     return np.array(chosen)
 
 
 def _circles_along(samples, axes):
     """Samples (k, n, 3) of points seen along axes (m, 3): the circle of each.
 
-    Returns cylinders (k, m, 7), their points abeam of the sample's mean, and mean
-    squared distances (k, m); NaN where points lie on a line.
+    Returns cylinders (k, m, 7), their points closest to the sample's mean, and mean
+    squared distances (k, m); NaN for collinear points.
     """
     middle = samples.mean(axis=1)
     bases = tangent_bases(axes)
@@ -181,9 +180,9 @@ def _circles_along(samples, axes):
 
 
 def _refined(cylinders, points):
-    """Cylinders (k, s, 7) after N_STEPS of Gauss and Newton on points (k, n, 3) each.
+    """Cylinders (k, s, 7) after N_STEPS Gauss-Newton steps on points (k, n, 3) each.
 
-    cylinders: (k, 7), one a sample, or (k, s, 7). Those that leave are not finite.
+    cylinders: (k, 7), one a sample, or (k, s, 7). Diverged ones are not finite.
     """
     if cylinders.ndim == 2:
         cylinders = cylinders[:, None]
@@ -203,7 +202,7 @@ def _refined(cylinders, points):
 
 
 def _half_sphere(count):
-    """Directions (count, 3), even over half of a sphere (Fibonacci's spiral)."""
+    """Directions (count, 3), evenly spaced on half of a sphere (Fibonacci spiral)."""
     z = (np.arange(count) + 0.5) / count
     turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
     level = np.sqrt(1 - z**2)
@@ -223,8 +222,8 @@ def _settled(points, start, sigma):
     extent = np.ptp(points, axis=0).max()
     if radius > MAX_RADIUS_RATIO * extent or not radius > MIN_RADIUS_SIGMAS * sd:
         raise InputError(
-            f"cylinder: found radius {radius:.3g} +- {sd:.2g}"
-            "; the points may as well lie on a plane; give more of its arc"
+            f"cylinder: found radius {radius:.3g} +- {sd:.2g} (points nearly on a "
+            "plane); give more of its arc"
         )
     return fit
 
@@ -242,6 +241,6 @@ def _refuse_flat(points):
     values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if not values[2] > COLLINEARITY_TOL * values[0]:
         raise InputError(
-            "cylinder: the points lie on one plane, which leaves the radius open; give "
-            "points of more of its arc"
+            "cylinder: the points are on one plane (undetermined radius); give points "
+            "of more of its arc"
         )

@@ -11,29 +11,27 @@ from raxel.errors import InputError
 from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.poses import pose
 
-# What fits of curves and surfaces share: least orthogonal distances. A shape is a
-# vector of parameters that a step of fewer numbers moves, so that the length of a
-# direction or of a conic's coefficients is no unknown. The sum of squared orthogonal
-# distances is the likelihood of points with isotropic Gaussian errors, up to the bend
-# of the shape over such an error. Source: Gander, Golub, Strebel 1994,
+# Common part of the fits of curves and surfaces: least orthogonal distances. A shape is
+# a parameter vector that a shorter step changes, so that the norm of a direction or of
+# a conic's coefficients is not an unknown. The sum of squared orthogonal distances is
+# the likelihood of points with isotropic Gaussian errors, except for the curvature of
+# the shape over such an error. Source: Gander, Golub, Strebel 1994,
 # doi:10.1007/BF01934268 (geometric against algebraic fits).
 
 
 MAX_N_STEPS, COST_TOL = 100, 1e-13
-ROUNDING_TOL = 1e-15  # of the points' extent: distances of exact points
-MIN_EIGENVALUE_RATIO = (
-    1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
-)
-MAX_COORDINATE = 1e100  # of a coordinate: its square is a number yet
+ROUNDING_TOL = 1e-15  # distance of exact points, over the points' extent
+# Smallest eigenvalue of equations scaled to unit diagonal.
+MIN_EIGENVALUE_RATIO = 1e-12
+MAX_COORDINATE = 1e100  # its square must not overflow
 
 
 class Settled(NamedTuple):
-    """A shape of least squared distances.
+    """Shape with the least squared distances.
 
     parameters: (P,); residuals: (N,) signed distances; covariance: (m, m) of the step
-    that moves the shape; sigma: standard deviation of a distance (of one of weight 1
-    where standard deviations were given), NaN where there are no more points than
-    unknowns.
+    of the shape; sigma: standard deviation of a distance (at weight 1 for given
+    standard deviations), NaN where the points do not exceed the unknowns.
     """
 
     parameters: np.ndarray
@@ -43,12 +41,12 @@ class Settled(NamedTuple):
 
 
 def least_distances(shape, system, move, start, points, sigma):
-    """Settle a shape on points; returns `Settled`.
+    """Fit a shape to points; returns `Settled`.
 
     shape: its name, for errors; system: parameters, points -> signed distances (N,) and
     their derivatives (N, m) by the step; move: parameters, step (m,) -> parameters;
     start: (P,); points: (N, d); sigma: as `weights_of`. Raises InputError where the
-    points leave the shape open.
+    points do not determine the shape.
     """
     weight = weights_of(shape, sigma, len(points))
 
@@ -74,10 +72,10 @@ def least_distances(shape, system, move, start, points, sigma):
 
 
 def spread(inverse, cost, count, sigma):
-    """(covariance (m, m), sigma) from the inverse normal matrix and what is left.
+    """(covariance (m, m), sigma) from the inverse normal matrix and the residuals.
 
-    cost: sum of weighted squares of `count` distances. Where standard deviations are
-    given the covariance is theirs; else it is that of the scatter.
+    cost: sum of weighted squares of `count` distances. The covariance follows from
+    given standard deviations, else from the scatter.
     """
     spare = count - len(inverse)
     scatter = np.sqrt(cost / spare) if spare > 0 else np.nan
@@ -85,7 +83,7 @@ def spread(inverse, cost, count, sigma):
 
 
 def weights_of(shape, sigma, count):
-    """One over the standard deviations (count,) of the points' distances.
+    """Reciprocal standard deviations (count,) of the points' distances.
 
     sigma: a number, (count,), or None: equal and unknown. Raises InputError where they
     do not fit.
@@ -93,13 +91,13 @@ def weights_of(shape, sigma, count):
     given = _numbers(shape, "sigma", 1.0 if sigma is None else sigma)
     if given.shape not in ((), (count,)):
         raise InputError(
-            f"{shape}: found sigma of shape {given.shape}; give one number, or one for "
+            f"{shape}: sigma: found shape {given.shape}; give one number, or one for "
             f"each of {count} points"
         )
     bad = given[~(np.isfinite(given) & (given > 0))]
     if len(bad):
         raise InputError(
-            f"{shape}: found sigma {bad[0]:g}; give standard deviations above 0"
+            f"{shape}: sigma: found {bad[0]:g}; give standard deviations above 0"
         )
     return np.broadcast_to(1 / given, (count,))
 
@@ -119,28 +117,28 @@ def checked_points(
             f"{shape}: {bad} of {len(points)} points are not finite; remove them"
         )
     if len(points) < fewest:
-        raise InputError(f"{shape}: {len(points)} points; {fewest} or more are needed")
+        raise InputError(f"{shape}: found {len(points)} points; give {fewest} or more")
     if np.abs(points).max() > MAX_COORDINATE:
         raise InputError(
-            f"{shape}: a point is at {np.abs(points).max():.3g}; remove what is as "
-            "good as at infinity"
+            f"{shape}: found a point at {np.abs(points).max():.3g}; remove points near "
+            "infinity"
         )
     different = len(np.unique(points, axis=0))
     if 1 < different < min(len(points), fewest + 1):
         raise InputError(
-            f"{shape}: only {different} of {len(points)} points differ; more than "
-            f"{fewest} different ones are needed"
+            f"{shape}: found {different} distinct of {len(points)} points; give more "
+            f"than {fewest} distinct ones"
         )
     return points
 
 
 def _numbers(shape: str, name: str, given: ArrayLike) -> NDArray[np.float64]:
-    """An array of floats; InputError for what is none."""
+    """Array of floats; InputError for other values."""
     try:
         return np.asarray(given, float)
     except (TypeError, ValueError) as fault:
         raise InputError(
-            f"{shape}: found {name} that are no numbers ({fault}); give an array"
+            f"{shape}: {name}: not numeric ({fault}); give an array of numbers"
         ) from fault
 
 
@@ -152,11 +150,11 @@ def _inverse_normal(shape, jacobian):
         if values[0] > MIN_EIGENVALUE_RATIO:
             return (vectors / values) @ vectors.T / np.outer(scale, scale)
     raise InputError(
-        f"{shape}: the points leave it open; spread them over more of the shape"
+        f"{shape}: the points do not determine it; spread them over more of the shape"
     )
 
 
-COLLINEARITY_TOL = 1e-9  # of the extent: points nearer to a line than this lie on it
+COLLINEARITY_TOL = 1e-9  # distance from a line, over the extent
 
 
 class PlaneFit(NamedTuple):
@@ -232,10 +230,10 @@ def _settled(points, sigma):
         1:
     ]
     if not extents[1] > COLLINEARITY_TOL * extents[0]:
-        raise InputError("plane: the points lie on one line; give points beside it")
+        raise InputError("plane: the points are collinear; add points off the line")
     normal = axes[2]
     distances = off @ normal
-    # In the frame of the axes a turn (a, b) and a shift s change the distances by
+    # In the frame of the axes a rotation (a, b) and a shift s change the distances by
     # b x - a y - s, and x and y are uncorrelated.
     inverse = np.diag(1 / np.array([extents[1] ** 2, extents[0] ** 2, weight.sum()]))
     covariance, scatter = spread(inverse, weight @ distances**2, len(points), sigma)
