@@ -1,5 +1,5 @@
-"""Cameras: bulk maps from pixels to rays and from points to pixels, each the inverse
-of the other, with flags for pixels and points that have none.
+"""Cameras: bulk maps from pixels to rays and from points to pixels, inverse to each
+other, with flags for pixels and points without a result.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""All kinds of camera by name."""
+"""Registry of all kinds of camera."""
 
 from __future__ import annotations
 
@@ -109,28 +109,27 @@ def camera_from(kind: str, fields: Mapping[str, Any]) -> Camera:
     for name in fields:
         if name not in names:
             raise InputError(
-                f"field '{name}': no such field of kind '{kind}'; "
-                + _nearest(name, names)
+                f"field '{name}': unknown for kind '{kind}'; " + _nearest(name, names)
             )
     for name in needed:
         if name not in fields:
             raise InputError(
-                f"field '{name}': missing; kind '{kind}' needs " + ", ".join(needed)
+                f"field '{name}': missing; give the fields of kind '{kind}': "
+                + ", ".join(needed)
             )
     try:
         return CAMERAS[kind](**with_nested(fields))
     except (TypeError, ValueError) as fault:
         raise InputError(
-            f"{kind} camera: a field has values of a wrong type ({fault}); give "
-            "numbers, or lists of numbers of equal length"
+            f"{kind} camera: a field has a wrong type ({fault}); give numbers, or "
+            "lists of numbers of equal length"
         ) from fault
 
 
 def with_nested(fields):
-    """The fields of a camera with `viewer` and `lens`, where they are dicts, made the
-    cameras they are.
+    """Fields of a camera, with `viewer` and `lens` dicts converted to cameras.
 
-    A dict holds the camera's `kind` and its constructor's arguments by name. Raises
+    A dict contains the camera's `kind` and its constructor's arguments by name. Raises
     InputError as `camera_from`.
     """
     return {name: _nested(name, value) for name, value in fields.items()}
@@ -141,7 +140,7 @@ def _nested(name, value):
         return value
     if "kind" not in value:
         raise InputError(
-            f"field '{name}': 'kind' is missing; name the {name}'s kind of camera"
+            f"field '{name}': 'kind' is missing; give the kind of the {name}"
         )
     own = {key: entry for key, entry in value.items() if key != "kind"}
     try:

@@ -28,12 +28,12 @@ def best_hypothesis(
     """The hypothesis with the least truncated squared error, or None if none came.
 
     propose(count): stack (m, ...) of hypotheses from ``count`` samples, m may differ
-    from count. squared_errors(hypotheses): (m, N), NaN counts as beyond the limit.
-    limit: squared error from which on a pair counts as wrong.
+    from count. squared_errors(hypotheses): (m, N), NaN counts as an outlier. limit:
+    squared error from which on a pair is an outlier.
 
-    Samples are drawn in batches until, at the share of right pairs of the best
-    hypothesis so far, one sample of ``sample_size`` right pairs has been met with
-    probability ``confidence``; at most ``most_trials``, rounded up to a batch.
+    Samples are drawn in batches until, at the inlier fraction of the best hypothesis so
+    far, a sample of ``sample_size`` inliers has been drawn with probability
+    ``confidence``; at most ``most_trials``, rounded up to a batch.
     """
     best, best_cost, drawn, needed = None, math.inf, 0, most_trials
     while drawn < needed:
@@ -53,7 +53,7 @@ def best_hypothesis(
 
 
 def trials_needed(share, sample_size, confidence):
-    """Samples needed to meet one of right pairs only, at a share of right pairs."""
+    """Number of samples until one contains inliers only, at a share of inliers."""
     miss = 1 - share**sample_size
     if miss <= 0:
         return 0
@@ -61,10 +61,10 @@ def trials_needed(share, sample_size, confidence):
 
 
 def checked_generator(model, rng):
-    """Refuse what is no numpy Generator; model: its name, for errors."""
+    """Reject an rng that is no numpy Generator; model: its name, for errors."""
     if not isinstance(rng, np.random.Generator):
         raise InputError(
-            f"{model}: found {type(rng).__name__} for rng; give "
+            f"{model}: rng: found {type(rng).__name__}; give "
             "numpy.random.default_rng(seed)"
         )
 
@@ -247,8 +247,8 @@ def homography_ransac(
     )
     if best is None:
         raise InputError(
-            "homography: no four points in general position found; the points lie on "
-            "one line or are repeated"
+            "homography: no four points are in general position (collinear or "
+            "repeated); add other points"
         )
     return refit_to_inliers(back @ best @ T_s, source, target, within)
 
@@ -256,9 +256,9 @@ def homography_ransac(
 def refit_to_inliers(H, source, target, within):
     """Linear fits to the inliers of H, and of each fit, until they no longer change.
 
-    H: (3, 3) start; source, target: (N, 2); within: function of H that gives the
-    inliers (N,) bool. Returns H and inliers, those of the last fit. Raises InputError
-    as `homography_dlt`.
+    H: (3, 3) start; source, target: (N, 2); within: function of H that returns the
+    inliers (N,) bool. Returns H and inliers of the last fit. Raises InputError as
+    `homography_dlt`.
     """
     inliers = within(H)
     for _ in range(20):
@@ -320,7 +320,7 @@ def refine_homography(
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)
     h = (T_t @ np.asarray(H, float) @ np.linalg.inv(T_s)).ravel()
     h = h / np.linalg.norm(h)
-    # The rows 1..8 of this complete basis are at right angles to h.
+    # The rows 1..8 of this complete basis are perpendicular to h.
     tangent = np.linalg.svd(h[None, :])[2][1:]
 
     def residual(x):
@@ -331,7 +331,7 @@ def refine_homography(
         J = transfer_jacobian((h + x @ tangent).reshape(3, 3), s)
         return (J * w[:, None, None]).reshape(-1, 9) @ tangent.T
 
-    # The full output keeps it from warning of points that leave nothing to improve.
+    # The full output suppresses a warning for points without residuals.
     x, *_ = leastsq(
         residual,
         np.zeros(8),
@@ -361,8 +361,8 @@ def _checked(
     w = np.ones(len(source)) if weights is None else np.asarray(weights, float)
     if w.shape != (len(source),) or not np.all((w >= 0) & np.isfinite(w)):
         raise InputError(
-            f"homography: weights {w.shape} must be {len(source)} finite numbers that "
-            "are not negative"
+            f"homography: weights: found shape {w.shape}; give {len(source)} finite "
+            "numbers of 0 or more"
         )
     bad = int(np.count_nonzero(~np.isfinite(source + target).all(axis=1)))
     if bad:
@@ -371,8 +371,7 @@ def _checked(
         )
     if np.count_nonzero(w) < fewest:
         raise InputError(
-            f"homography: found {np.count_nonzero(w)} points; at least {fewest} are "
-            "needed"
+            f"homography: found {np.count_nonzero(w)} points; give at least {fewest}"
         )
     return source, target, w
 
@@ -412,7 +411,7 @@ def normalising_of(centre, square):
     """The same from the mean (2,) and the mean squared length of the points."""
     spread = square - centre @ centre
     if not spread > 1e-14 * square:
-        raise InputError("homography: all points are the same; they must be spread out")
+        raise InputError("homography: all points are equal; give distinct points")
     return _similarity(math.sqrt(2 / spread), centre)
 
 
@@ -424,7 +423,7 @@ def _similarity(scale, centre):
 
 def _denormalised(H, T_s, T_t):
     # Normalised source points have mean zero: the sign of the last entry is the sign
-    # of the third coordinate at the centroid, whatever the frames.
+    # of the third coordinate at the centroid, in any frame.
     if H[2, 2] < 0:
         H = -H
     H = np.linalg.solve(T_t, H @ T_s)
@@ -432,12 +431,12 @@ def _denormalised(H, T_s, T_t):
 
 
 def _refuse_degenerate(ratio, H, floor):
-    """Refuse an open null space, and the singular H of target points on one line."""
+    """Reject a larger null space, and the singular H of collinear target points."""
     values = np.linalg.svd(H, compute_uv=False)
     if not (ratio > floor and values[2] > floor * values[0]):
         raise InputError(
-            "homography: the points do not determine it: too many of them lie on one "
-            "line or are repeated; at least four in general position are needed"
+            "homography: the points do not determine it (collinear or repeated); give "
+            "at least four in general position"
         )
 
 
@@ -445,7 +444,7 @@ def random_samples(rng, count, size):
     """Index sets (size, 4), each without repetition, from range(count)."""
     picks = rng.integers(0, count - np.arange(4), size=(size, 4))
     for k in range(1, 4):
-        # Skipping the indices taken before, in rising order, keeps the draw uniform.
+        # Skipping used indices, in rising order, keeps the draw uniform.
         for taken in np.sort(picks[:, :k], axis=1).T:
             picks[:, k] += picks[:, k] >= taken
     return picks
@@ -454,7 +453,7 @@ def random_samples(rng, count, size):
 def four_point_homographies(source, target, picks):
     """Exact H (m, 3, 3) for each sample (k, 4) of pairs in general position; m <= k.
 
-    source, target: (N, 2), of about unit size, which "general" is measured by.
+    source, target: (N, 2), of about unit size, the unit of the degeneracy test.
     """
     s, t = _homogeneous(source)[picks], _homogeneous(target)[picks]
 
@@ -477,15 +476,14 @@ def _within(H, source, target, threshold):
     return gap < threshold
 
 
-# A homography to start from where some pairs are wrong, and where to cut them off.
+# Initial homography with outliers, and threshold for their rejection.
 
 
 OUTLIER_SIGMAS = 5.0  # standard deviations
-N_SCORING_PAIRS = 2000  # pairs that judge the samples
-RAYLEIGH_QUARTILE = (
-    0.7585  # lower quartile of distances, noise of standard deviation 1 per axis
-)
-ROUNDING_TOL = 1e-9  # of the spread of the target: no pair is cut for less
+N_SCORING_PAIRS = 2000  # pairs that score the samples
+# Lower quartile of distances at unit standard deviation per axis.
+RAYLEIGH_QUARTILE = 0.7585
+ROUNDING_TOL = 1e-9  # minimum threshold, over the spread of the target
 
 
 def robust_start(
@@ -539,8 +537,8 @@ def robust_start(
     hypotheses = np.linalg.inv(T_t) @ hypotheses @ T_s
     if len(hypotheses) == 0:
         raise InputError(
-            "homography: no four points in general position found; the points lie on "
-            "one line or are repeated"
+            "homography: no four points are in general position (collinear or "
+            "repeated); add other points"
         )
     gaps = _distances(hypotheses, source[judges], target[judges])
     H = hypotheses[np.argmin(np.quantile(gaps, 0.25, axis=1))]

@@ -1,9 +1,9 @@
-"""A homography and its covariance from millions of pairs, in one pass.
+"""Homography and its covariance from millions of pairs, in one pass.
 
-The normal equations of the direct linear transform hold only 24 different sums over the
-pairs. Solving them alone would square the condition number, so the same pass sums the
-gradient about a homography that is already close, from residuals as small as the noise:
-the step from there loses no digits. Sums are taken in blocks and in a fixed order.
+The normal equations of the direct linear transform need only 24 different sums over the
+pairs. Their solution would square the condition number. The same pass therefore sums
+the gradient about an approximate homography, from residuals as small as the noise: the
+step from there loses no digits. Sums are taken in blocks and in a fixed order.
 
 Source: Hartley and Zisserman 2004, doi:10.1017/CBO9780511811685, chapter 4.
 """
@@ -17,13 +17,13 @@ from raxel.errors import InputError
 from raxel.geometry.homography import normalising_of
 
 BLOCK = 4096
-# Sums in the order in which `_sum_pairs` lays them out.
+# Sums in the order of `_sum_pairs`.
 _SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 class HomographyFit(NamedTuple):
     """target ~ H (source, 1): H (3, 3) of norm 1, third coordinate positive at the
-    source's centroid; covariance (9, 9) of its entries row by row, at right angles to
+    source's centroid; covariance (9, 9) of its entries row by row, perpendicular to
     them; inliers (N,) bool; count of them.
     """
 
@@ -34,16 +34,15 @@ class HomographyFit(NamedTuple):
 
 
 def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=None):
-    """Normalised DLT of all pairs that a homography close by maps to within a limit.
+    """Normalised DLT of all pairs within a limit of an approximate homography.
 
-    source, target: (N, 2), pairs that are not finite are left out; start: (3, 3) near
+    source, target: (N, 2), pairs that are not finite are excluded; start: (3, 3) near
     the solution; use: (N,) bool, pairs to consider; limit: largest distance in the
-    target frame from where ``start`` maps a source point; weights: (N,), each
+    target frame from the source point mapped by ``start``; weights: (N,), each
     multiplies the two algebraic equations of its pair.
-
-    Gives what `homography_dlt` gives of the same pairs. Returns HomographyFit. Memory
-    is one byte a pair. Raises InputError for arrays that do not fit together, and when
-    fewer than four pairs are left or they leave H open.
+    The result is that of `homography_dlt` on the same pairs. Returns HomographyFit.
+    Memory is one byte a pair. Raises InputError for arrays that do not fit together,
+    and for fewer than four pairs or pairs that do not determine H.
     """
     source, target = floating(source), floating(target)
     if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape:
@@ -51,7 +50,7 @@ def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=Non
             f"homography: found points {source.shape} and {target.shape}; give two "
             "equal arrays (N, 2)"
         )
-    # The compiled loop trusts these lengths.
+    # The compiled loop does not check these lengths.
     for name, given in (("use", use), ("weights", weights)):
         if given is not None and np.shape(given) != (len(source),):
             raise InputError(
@@ -72,13 +71,13 @@ def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=Non
     count = int(np.count_nonzero(inliers))
     if count < 4:
         raise InputError(
-            f"homography: {count} pairs of points are left; at least four are needed"
+            f"homography: found {count} usable pairs of points; give at least four"
         )
     return _solved(sums, near, *frames, inliers, count)
 
 
 def _frame(points, use):
-    """Similarity (3, 3) that brings points to about zero mean and unit size."""
+    """Similarity (3, 3) that maps points to about zero mean and unit size."""
     picked = points[np.flatnonzero(use)[:: max(1, np.count_nonzero(use) // BLOCK)]]
     picked = picked[np.isfinite(picked).all(axis=1)]
     middle = np.median(picked, axis=0) if len(picked) else np.zeros(2)
@@ -144,8 +143,8 @@ def _solved(sums, near, T_s, T_t, inliers, count):
     normal[:3, 6:] = normal[6:, :3] = -x
     normal[3:6, 6:] = normal[6:, 3:6] = -y
     normal[6:, 6:] = square
-    # To zero mean and root mean square distance sqrt(2), as the DLT has it: there the
-    # entries h' = L^-1 h, and residuals only change by one factor.
+    # To zero mean and root mean square distance sqrt(2), as in the DLT: there the
+    # entries are h' = L^-1 h, and residuals only change by one factor.
     weight = one[2, 2]
     N_s = normalising_of(one[2, :2] / weight, (one[0, 0] + one[1, 1]) / weight)
     N_t = normalising_of(np.array([x[2, 2], y[2, 2]]) / weight, square[2, 2] / weight)
@@ -177,24 +176,24 @@ def _solved(sums, near, T_s, T_t, inliers, count):
 
 
 def floating(values):
-    """Values as a contiguous array of floats; single precision stays, not copied."""
+    """Values as a contiguous array of floats; single precision is not copied."""
     values = np.asarray(values)
     kept = values.dtype if values.dtype == np.float32 else float
     return np.ascontiguousarray(values, kept)
 
 
 def kronecker(a, b):
-    """np.kron (9, 9) of two (3, 3) matrices, without its care for other shapes."""
+    """np.kron (9, 9) of two (3, 3) matrices, without its overhead."""
     return (a[:, None, :, None] * b[None, :, None]).reshape(9, 9)
 
 
 def across(h):
-    """Projection (m, m) at right angles to h (m,): a scale carries no uncertainty."""
+    """Projection (m, m) perpendicular to h (m,): the scale has no uncertainty."""
     return np.eye(len(h)) - np.outer(h, h) / (h @ h)
 
 
 def _open():
     raise InputError(
-        "homography: the points do not determine it: too many of them lie on one line"
-        " or are repeated; at least four in general position are needed"
+        "homography: the points do not determine it (collinear or repeated); give at "
+        "least four in general position"
     )

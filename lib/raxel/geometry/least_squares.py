@@ -1,7 +1,7 @@
-"""Least squares by damped steps, for few parameters or for what elimination has left.
+"""Least squares by damped steps, for few parameters or after an elimination.
 
-Levenberg-Marquardt with the scaling of the normal equations' diagonal: angles and
-lengths are damped alike.
+Levenberg-Marquardt, scaled by the diagonal of the normal equations: angles and lengths
+are damped alike.
 Source: Marquardt 1963, doi:10.1137/0111030.
 """
 
@@ -16,14 +16,15 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
     """Levenberg-Marquardt: the last state, its costs from the start on, convergence.
 
     evaluate: state -> cost, equations; equations() -> normal matrix, half the gradient,
-    asked for only where a step begins; move: (state, step) -> state. It ends when the
-    cost falls by less than the share `tolerance`, or below `rounding`, where it cannot
-    fall any more. Raises CalibrationError for a start whose cost is not finite.
+    called only at the start of a step; move: (state, step) -> state. It ends when the
+    cost decreases by less than the fraction `tolerance`, or is below `rounding`. Raises
+    CalibrationError for an initial cost that is not finite.
     """
     cost, equations = evaluate(state)
     if not np.isfinite(cost):
         raise CalibrationError(
-            "least squares: the points or poses are not finite", code="not-finite"
+            "least squares: points and poses must be finite; remove NaN and infinity",
+            code="not-finite",
         )
     costs, system = [cost], None
     damping = FIRST_DAMPING
@@ -43,7 +44,7 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
             costs.append(cost)
             damping = max(damping / 10, MIN_DAMPING)
         else:
-            # A step that promised a decrease below rounding: already at the minimum.
+            # A step with a predicted decrease below rounding: at the minimum.
             converged = abs(step @ gradient) <= 1e-13 * cost
             damping *= 10
             if damping > MAX_DAMPING:
@@ -52,7 +53,7 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
 
 
 def gauss_newton(residuals, jacobian):
-    """Cost and equations, as `descend` wants them.
+    """Cost and equations, in the form that `descend` requires.
 
     residuals: (M,); jacobian: () -> (M, P).
     """

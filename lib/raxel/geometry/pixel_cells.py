@@ -1,32 +1,33 @@
-"""Which neighbouring pixels see one surface, when each is known to see some point?
+"""Cells of neighbouring pixels that see one continuous surface.
 
-A camera need not be continuous: between two facets of a mirror, or at the rim of what
-was decoded, neighbours see places far apart, and nothing between them may be filled in.
+A camera need not be continuous: at an edge between two facets of a mirror, or of the
+decoded area, neighbours see distant positions, and there is no interpolation between
+them.
 """
 
 import numpy as np
 
-TILE_PX = (
-    16  # px: within it, neighbours that see one surface are about equally far apart
-)
-MAX_SIDE_RATIO = 3.0  # times the usual step in a tile
+# Px: within it, neighbours on one surface have similar distances.
+TILE_PX = 16
+MAX_SIDE_RATIO = 3.0  # over the median side in a tile
 MAX_SIDE_SIGMAS = 6.0
 
 
 def whole_cells(location, sigma=None):
     """Squares of four pixels that see one piece of one surface: (H - 1, W - 1) bool.
 
-    location: (H, W, 2), the point that each pixel sees, NaN where none is known; sigma:
-    alike, standard deviations. Square [v, u] has pixel (u, v) as its upper left one. No
-    side of a whole one is longer than MAX_SIDE_RATIO times the median of the sides of its kind
-    in the tile around, and MAX_SIDE_SIGMAS standard deviations.
+    location: (H, W, 2), the point that each pixel sees, NaN where unknown; sigma:
+    likewise, standard deviations. Square [v, u] has pixel (u, v) as its upper left one.
+    The sides of a whole square are at most MAX_SIDE_RATIO times the median of the sides
+    of their kind in the tile around, plus MAX_SIDE_SIGMAS standard deviations.
     """
     along, down = (_near(location, sigma, axis) for axis in (1, 0))
     return along[:-1] & along[1:] & down[:, :-1] & down[:, 1:]
 
 
 def usual_step(location):
-    """Median distance of the points that neighbouring pixels see; NaN of no pair."""
+    """Median distance of the points that neighbouring pixels see; NaN without a
+    pair."""
     steps = [_lengths(location, axis).ravel() for axis in (0, 1)]
     steps = np.concatenate(steps)
     steps = steps[np.isfinite(steps)]
@@ -34,8 +35,8 @@ def usual_step(location):
 
 
 def as_in_a_mirror(location):
-    """Whether x turns into y the other way round than in the picture, for most pixels;
-    None where that cannot be told. location: as above."""
+    """Whether x turns into y in the opposite sense of the image, for most pixels; None
+    where undetermined. location: as above."""
     corner = location[:-1, :-1]
     right, below = location[:-1, 1:] - corner, location[1:, :-1] - corner
     turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
@@ -61,7 +62,7 @@ def _lengths(location, axis):
 
 
 def _tile_medians(steps):
-    """The median of the finite steps in the tile of each, NaN where there is none."""
+    """Median of the finite steps in the tile of each, NaN without one."""
     height, width = steps.shape
     rows, columns = -(-height // TILE_PX), -(-width // TILE_PX)
     padded = np.full((rows * TILE_PX, columns * TILE_PX), np.nan, steps.dtype)

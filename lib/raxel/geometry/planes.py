@@ -1,7 +1,7 @@
 """Rays and planes: the bulk intersection, and the thesis's Plücker form of it (4.15).
 
 A plane is the set z = 0 of a pose `T_world_plane` (4, 4): a grid of a calibration
-target lies in it, with grid coordinates (x, y) in the plane's frame.
+target is in it, with grid coordinates (x, y) in the plane's frame.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from raxel.geometry.poses import inverse_pose, rotate, transform
 # 6-vector keeps the thesis's order, which is **not** the usual one: direction first,
 # then the moment with its sign *reversed*. For finite points A and B L = 2 (B - A ;
 # -(A x B)) = 2 (d ; q), q = d x A = -(A x d), while textbooks write (d ; A x d).
-# Whoever takes a formula from a book into code that uses this order changes the sign
-# of the last three entries (errata E-2.03, E-5.12).
+# Formulas from textbooks need the opposite sign of the last three entries in this
+# order (errata E-2.03, E-5.12).
 
 
 # Row and column of the first term of each entry of (2.12), counted from zero.
@@ -104,7 +104,7 @@ def pluecker_vector(M: ArrayLike) -> NDArray[np.float64]:
     return np.stack([M[..., i, j] - M[..., j, i] for i, j in ORDER], axis=-1)
 
 
-# Steps of a vector that is told up to its length, and kept at length 1.
+# Steps of a vector with an arbitrary length, kept at length 1.
 
 
 def tangents(p):
@@ -247,6 +247,6 @@ def intersect_lines_plane(matrices: ArrayLike, plane: ArrayLike) -> NDArray[np.f
     Thesis (4.15).
     """
     matrices = np.asarray(matrices, float)
-    # M = [M_1 ... M_n] of the thesis is 4 x 4n; skew symmetry makes -M^T the same
-    # matrices stacked upon each other, which is how they lie in memory.
+    # M = [M_1 ... M_n] of the thesis is 4 x 4n; by skew symmetry -M^T contains the same
+    # matrices as a vertical stack, which is their memory layout.
     return (matrices.reshape(-1, 4) @ np.asarray(plane, float)).reshape(-1, 4)

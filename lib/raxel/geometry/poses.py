@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
-# Rays as Plücker vectors, what a motion does to them, and when two of them meet. The
+# Rays as Plücker vectors, their motion, and the condition that two of them meet. The
 # order is the thesis's (2.12), see `lines`: (d; -(o x d)), direction first, then the
 # moment with its sign reversed. With X_2 = R X_1 + t and E = [t]x R, lines that meet
 # satisfy L_2^T G L_1 = 0 (5.30), where G = [[E, -R], [-R, 0]] in this order, G = [[E,
-# R], [ R, 0]] in the usual one, (d; o x d) (errata E-5.12). Whoever hands rays to
-# another program, or takes a formula from a book, calls `other_order` on the way.
-# Source: Pless 2003, doi:10.1109/CVPR.2003.1211520.
+# R], [ R, 0]] in the usual one, (d; o x d) (errata E-5.12). `other_order` converts
+# between them. Source: Pless 2003, doi:10.1109/CVPR.2003.1211520.
 
 
 def pluecker_of_rays(origins: ArrayLike, directions: ArrayLike) -> NDArray[np.float64]:
@@ -124,8 +123,8 @@ def pose_from_homography(H: ArrayLike) -> NDArray[np.float64]:
     size = np.linalg.norm(H[:, :2], axis=0).mean()
     if not (size > 0 and np.isfinite(H).all()):
         raise InputError(
-            "homography: its first columns are zero, or it is not finite; no pose "
-            "follows"
+            "homography: its first columns are zero, or it is not finite (no pose); "
+            "give another one"
         )
     scale = (-1 if H[2, 2] < 0 else 1) / size
     return pose(nearest_rotation(scale * H[:, :2]), scale * H[:, 2])
@@ -313,8 +312,8 @@ def nearest_rotation(M: ArrayLike) -> NDArray[np.float64]:
     U, s, Vt = np.linalg.svd(M, full_matrices=False)
     if not np.all(s[..., 1] > 1e-12 * s[..., 0]):
         raise InputError(
-            "rotation: the matrix has rank below 2, so no single rotation is nearest; "
-            "its columns must not be parallel or zero"
+            "rotation: the matrix has rank below 2 (no unique nearest rotation); give "
+            "columns that are not parallel or zero"
         )
     if M.shape[-1] == 2:
         pair = U @ Vt
@@ -381,7 +380,7 @@ def fit_pose(
             "arrays (N, 3) with at least three points"
         )
     if not (np.isfinite(source).all() and np.isfinite(target).all()):
-        raise InputError("pose fit: some points are not finite; remove them first")
+        raise InputError("pose fit: points must be finite; remove NaN and infinity")
     w = w / w.sum()
     centre_s, centre_t = w @ source, w @ target
     covariance = (target - centre_t).T @ ((source - centre_s) * w[:, None])

@@ -1,8 +1,8 @@
-"""Tensor-product B-splines over the picture: basis rows, derivatives, knots (5.4-5.7).
+"""Tensor-product B-splines over an image: basis rows, derivatives, knots (5.4-5.7).
 
 A coefficient c_ij belongs to f_i(u) g_j(v) and has the index i + Kf * j, as the vec()
-of (5.15) stacks columns. (u, v) are the points given, turned by an angle so that u can
-run at right angles to a clamped edge that is not upright in the picture.
+of (5.15) stacks columns. (u, v) are the given points, rotated by an angle so that u can
+be perpendicular to a clamped edge that is not upright in the image.
 Source: Cox 1972, doi:10.1093/imamat/10.2.134; de Boor 1972,
 doi:10.1016/0021-9045(72)90080-9.
 """
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
-# Of the box's size: a point this near outside it is on its edge but for rounding.
+# Over the box's size: a point this close outside is on its edge within rounding.
 EDGE_TOL = 1e-9
 MAX_N_COEFFICIENTS, MAX_DEGREE = 200, 7
 
@@ -162,7 +162,7 @@ class SplineGrid:
 
     @cached_property
     def _box(self):
-        """Lowest and highest (u, v), with what rounding takes."""
+        """Lowest and highest (u, v), with a rounding tolerance."""
         low, high = np.array([(knots[0], knots[-1]) for knots in self._knots]).T
         slack = EDGE_TOL * (high - low)
         return low - slack, high + slack
@@ -227,12 +227,12 @@ def open_knots(low, high, count, degree):
     """Open uniform knots of `count` basis functions of a degree on [low, high]."""
     if not count > degree:
         raise InputError(
-            f"spline: {count} basis functions of degree {degree}; give {degree + 1} "
-            "or more, or a lower degree"
+            f"spline: found {count} basis functions of degree {degree}; give "
+            f"{degree + 1} or more, or a lower degree"
         )
     if not high > low:
         raise InputError(
-            f"spline: the points span [{low:g}, {high:g}]; give points that spread"
+            f"spline: the points span [{low:g}, {high:g}]; give points with a spread"
         )
     inner = np.linspace(low, high, count - degree + 1)
     return np.concatenate([np.full(degree, low), inner, np.full(degree, high)])
@@ -242,7 +242,7 @@ def basis(knots, degree, x, order=0):
     """Values and derivatives up to `order` of all B-splines of a degree at x (N,).
 
     knots: open. Returns (order + 1, N, K); rows of an x that is NaN are NaN. An x
-    outside the knots takes the polynomials of the nearest interval.
+    outside the knots uses the polynomials of the nearest interval.
     """
     return _basis(knots, degree, np.ascontiguousarray(x, float), order)
 
@@ -256,7 +256,7 @@ def _basis(knots, degree, x, order):
         if np.isnan(x[n]):
             found[:, n] = np.nan
             continue
-        # The interval [t_i, t_i+1) with x; the last one has its end, too.
+        # The interval [t_i, t_i+1) that contains x; the last one includes its end.
         i = degree
         while i < count - 1 and x[n] >= knots[i + 1]:
             i += 1
@@ -270,7 +270,7 @@ def _basis(knots, degree, x, order):
 
 @numba.njit(cache=True)
 def _raise(local, knots, i, p, x, derived):
-    """From the p functions of degree p - 1 that live in [t_i, t_i+1) to the p + 1 of
+    """From the p functions of degree p - 1 on [t_i, t_i+1) to the p + 1 of
     degree p, in place at the front of `local`.
 
     B_j,p = (x - t_j) a_j + (t_j+p+1 - x) a_j+1 with a_j = B_j,p-1 / (t_j+p - t_j);
@@ -321,7 +321,7 @@ def _checked_knots(name, knots, degree):
     knots = np.array(knots, float)
     if knots.ndim != 1 or not 2 * degree + 2 <= len(knots) <= MAX_N_COEFFICIENTS:
         raise InputError(
-            f"field '{name}': shape {knots.shape} found; give {2 * degree + 2} to "
+            f"field '{name}': found shape {knots.shape}; give {2 * degree + 2} to "
             f"{MAX_N_COEFFICIENTS} knots in a row for degree {degree}"
         )
     inner = knots[degree : len(knots) - degree]
@@ -329,7 +329,7 @@ def _checked_knots(name, knots, degree):
     ends[degree + 1 :] -= inner[-1]
     if not (np.isfinite(knots).all() and np.all(np.diff(inner) > 0) and not ends.any()):
         raise InputError(
-            f"field '{name}': found {knots.tolist()}; give finite knots that rise, "
+            f"field '{name}': found {knots.tolist()}; give finite, increasing knots "
             f"with each end {degree + 1} times"
         )
     knots.flags.writeable = False

@@ -1,1 +1,1 @@
-"""What holds for cameras of every kind: their maps, files, and rays in bulk."""
+"""Common parts of all cameras: their maps, files, and rays in bulk."""

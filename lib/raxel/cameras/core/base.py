@@ -1,8 +1,8 @@
-"""What every camera can do: pixels to rays, points to pixels, to disk and back.
+"""Interface of all cameras: pixels to rays, points to pixels, save and load.
 
 Pixels are (u right, v down) with pixel centres at integers, in arrays (N, 2). Rays and
 points are in the camera frame: for the parametric models x right, y down, z along the
-principal axis, with the centre at the origin; mm (or the unit the camera names).
+optical axis, with the centre at the origin; mm (or the unit the camera names).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from raxel.cameras.core.storage import write_camera
 from raxel.errors import InputError
 from raxel.io.documents import one_line
 
-# How far from central a set of rays is (2.3.1).
+# Deviation of a set of rays from a central camera (2.3.1).
 
 
 def closest_point(rays: Rays) -> NDArray[np.float64]:
@@ -92,7 +92,7 @@ MAX_COORDINATE = 1e100
 # Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
 MIN_SCALE, MAX_SCALE = 1e-30, 1e30
 # Coefficients of a polynomial, or corners of an outline: the roots of longer
-# polynomials are noise, and finding them takes the cube of their number.
+# polynomials are noise, and their computation takes cubic time.
 MAX_N_COEFFICIENTS = 200
 
 
@@ -149,9 +149,9 @@ class Camera(abc.ABC):
     """
 
     kind: ClassVar[str | None] = None
-    # False where a point has no pixel or no single one; `project` then says why.
+    # False where a point has no pixel or several; `project` then documents it.
     projects = True
-    # False where neighbouring pixels may look to places far apart.
+    # False where neighbouring pixels may see distant positions.
     continuous = True
     # Names of the fields that shape r(theta) of a radially symmetric kind; K: its size.
     width: int
@@ -199,12 +199,12 @@ class Camera(abc.ABC):
 
     @abc.abstractmethod
     def _fields(self):
-        """What the file holds: dict name -> array."""
+        """Content of the file: dict name -> array."""
 
     @classmethod
     @abc.abstractmethod
     def _from_file(cls, file):
-        """The camera a `CameraFile` describes."""
+        """Camera of a `CameraFile`."""
 
     def in_image(self, pixels: ArrayLike) -> NDArray[np.bool_]:
         """Return which pixels are on the image's cells, [-0.5, size - 0.5].
@@ -254,31 +254,32 @@ def check_size(camera, width, height):
 
 
 def checked_array(name, values, shape):
-    """A finite, read-only float64 copy of `values` of this shape.
+    """Finite, read-only float64 copy of `values` of this shape.
 
-    None in `shape` stands for up to MAX_N_COEFFICIENTS. Raises InputError naming the field,
+    None in `shape` means up to MAX_N_COEFFICIENTS. Raises InputError naming the field,
     also for numbers of MAX_COORDINATE and above.
     """
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError, OverflowError) as fault:
         raise InputError(
-            f"field '{name}': holds what is no number, or lists of unequal length; "
-            "give numbers, or lists of numbers of equal length"
+            f"field '{name}': not numeric, or lists of unequal length; give numbers, "
+            "or lists of numbers of equal length"
         ) from fault
     fits = array.ndim == len(shape) and all(
         want in (None, got) for want, got in zip(shape, array.shape, strict=True)
     )
     if not fits:
-        raise InputError(f"field '{name}': shape {array.shape} found, {shape} needed")
+        raise InputError(f"field '{name}': found shape {array.shape}; give {shape}")
     if max(array.shape, default=0) > MAX_N_COEFFICIENTS:
         raise InputError(
-            f"field '{name}': shape {array.shape} found; give {MAX_N_COEFFICIENTS} in a row "
-            "at most"
+            f"field '{name}': found shape {array.shape}; give at most "
+            f"{MAX_N_COEFFICIENTS} in a row"
         )
     if not (np.abs(array) < MAX_COORDINATE).all():
         raise InputError(
-            f"field '{name}': holds values that are not finite, or beyond {MAX_COORDINATE:g}"
+            f"field '{name}': values must be finite and below {MAX_COORDINATE:g}; "
+            "remove others"
         )
     array.flags.writeable = False
     return array
@@ -289,7 +290,7 @@ def checked_positive(name, values, shape=()):
     array = checked_array(name, values, shape)
     if not ((array >= MIN_SCALE) & (array <= MAX_SCALE)).all():
         raise InputError(
-            f"field '{name}': found {array.tolist()}; it must be positive, from "
+            f"field '{name}': found {array.tolist()}; give positive values, "
             f"{MIN_SCALE:g} to {MAX_SCALE:g}"
         )
     return array
@@ -311,24 +312,24 @@ def checked_calibration_matrix(K):
     upper = K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])
     if not (upper and min(K[0, 0], K[1, 1]) >= MIN_SCALE):
         raise InputError(
-            "field 'K': found " + str(K.tolist()) + "; (2.1) needs positive "
-            "focal lengths, zeros below the diagonal, and 1 in the corner"
+            "field 'K': found " + str(K.tolist()) + "; give positive focal lengths, "
+            "zeros below the diagonal, and 1 in the corner (2.1)"
         )
     return K
 
 
 def as_rows(values: ArrayLike, length: int) -> NDArray[np.float64]:
-    """Float64 rows (N, length) of an array handed to `rays` or `project`."""
+    """Float64 rows (N, length) of an array passed to `rays` or `project`."""
     array = np.asarray(values, float)
     if array.ndim != 2 or array.shape[1] != length:
-        raise ValueError(f"shape {array.shape} found, (N, {length}) needed")
+        raise ValueError(f"found shape {array.shape}; give (N, {length})")
     return array
 
 
 def near_rows(values: ArrayLike, length: int) -> NDArray[np.float64]:
-    """Rows (N, length) as `as_rows` gives them, NaN throughout where one is useless.
+    """Rows (N, length) as from `as_rows`, NaN throughout for unusable ones.
 
-    That is where a value is not finite, or so large that its square might overflow.
+    These contain a value that is not finite, or so large that its square may overflow.
     """
     array = as_rows(values, length)
     near = (np.abs(array) < MAX_COORDINATE).all(axis=1)
@@ -358,11 +359,11 @@ def pixel_grid(width: int, height: int) -> NDArray[np.float64]:
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
 
 
-# Cameras that hold another camera: the viewer of mirrors, the lens of a field.
+# Cameras that contain another camera: the viewer of mirrors, the lens of a field.
 
 
 def nested_fields(name, camera):
-    """The fields of a nested camera, by the names that `CameraFile.nested` reads."""
+    """Fields of a nested camera, with the names that `CameraFile.nested` reads."""
     size = {"width": np.array(camera.width), "height": np.array(camera.height)}
     fields = {"kind": np.array(camera.kind)} | size | camera._fields()
     return {f"{name}.{key}": value for key, value in fields.items()}
@@ -380,7 +381,7 @@ def checked_rigid(name, T):
     rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-9 and np.linalg.det(R) > 0
     if not (rigid and np.array_equal(T[3], [0, 0, 0, 1])):
         raise InputError(
-            f"field '{name}': not a pose; give a rotation, a translation in mm and the "
-            "last row 0 0 0 1"
+            f"field '{name}': not a rigid pose; give a rotation, a translation in mm "
+            "and the last row 0 0 0 1"
         )
     return T

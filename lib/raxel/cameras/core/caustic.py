@@ -1,10 +1,10 @@
-"""Caustics: where neighbouring rays of a camera come closest."""
+"""Caustics: closest approaches of neighbouring rays of a camera."""
 
 import numpy as np
 
 # Five-point central difference: offsets in steps, and weights.
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
-# A relative size below which a determinant or a split of two roots is rounding.
+# Relative size below which a determinant or a difference of two roots is rounding.
 RELATIVE_TOL = 1e-9
 DOUBLE_ROOT_TOL = 1e-6
 
@@ -14,7 +14,7 @@ def caustic_points(camera, pixels, step=0.25):
 
     The ray map is X(u, v, s) = O + s D. Its Jacobian is singular where, seen along the
     ray, [O_u + s D_u, O_v + s D_v] has no area: a quadratic in s. Sheet 0 is the root
-    with the smaller s, so it lies farther back on the ray; s is negative for the
+    with the smaller s, so it is farther back on the ray; s is negative for the
     virtual caustic behind a convex mirror. Derivatives are five-point differences of
     `camera.rays` over +-2 `step` pixels, with an error of order step^4.
     NaN where the pixel or a neighbour has no ray, where the roots are complex (the rays
@@ -42,7 +42,7 @@ def caustic_points(camera, pixels, step=0.25):
 
 
 def _axes_across(directions):
-    """Two unit vectors (N, 3) square to each direction and to each other."""
+    """Two unit vectors (N, 3) perpendicular to each direction and to each other."""
     unit = np.eye(3)[np.argmin(np.abs(np.nan_to_num(directions)), axis=1)]
     first = np.cross(directions, unit)
     with np.errstate(invalid="ignore"):
@@ -51,11 +51,11 @@ def _axes_across(directions):
 
 
 def _singular_steps(A, B):
-    """The s (N, 2), ascending, where A + s B is singular; A, B (N, 2, 2).
+    """Steps s (N, 2), ascending, where A + s B is singular; A, B (N, 2, 2).
 
     They are the eigenvalues of -B^-1 A. For a central camera that is a multiple of the
-    identity, whose eigenvalues, unlike the roots of the quadratic, move no more than
-    the differences err.
+    identity. Its eigenvalues, unlike the roots of the quadratic, are as accurate as the
+    differences.
     """
     with np.errstate(all="ignore"):
         det = B[:, 0, 0] * B[:, 1, 1] - B[:, 0, 1] * B[:, 1, 0]
@@ -72,7 +72,7 @@ def _singular_steps(A, B):
         whole = np.abs(det) > RELATIVE_TOL * size
         two = np.stack([middle - gap, middle + gap], axis=1) / det[:, None]
         two.sort(axis=1)
-        # B singular: one root went to infinity and the linear equation is left.
+        # B singular: one root is infinite and the linear equation is left.
         det_A = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
         bent = np.abs(middle) > RELATIVE_TOL * np.sqrt(size * np.sum(A**2, axis=(1, 2)))
         one = np.where(bent, det_A / (2 * middle), np.nan)

@@ -1,13 +1,13 @@
 """Rays of a camera in bulk: polynomials through exact rays, tile by tile.
 
-A picture asks for the rays of millions of positions, and most cameras change smoothly
-from one to the next. The image is cut into tiles; a tile's rays at 7 x 7 Chebyshev
-nodes give those in between, to some 1e-7 px and mostly far better. Where the last
-coefficients do not vanish (a kink or a jump of the camera's map) or some of the nodes
-have no ray, every position of the tile has its own exact ray, as before.
+An image needs the rays of millions of positions, and most cameras change smoothly from
+one to the next. The image is cut into tiles. Rays at 7 x 7 Chebyshev nodes of a tile
+give those in between, to about 1e-7 px and usually far better. Where the last
+coefficients do not vanish (a kink or a jump of the camera's map) or some nodes have no
+ray, every position of the tile gets its own exact ray.
 
-What may be overlooked is an odd patch of the image that holds no node: one less than
-the 5 px wide that lie between nodes.
+Only an irregular patch without a node can be overlooked, smaller than the 5 px between
+nodes.
 """
 
 from functools import lru_cache
@@ -17,29 +17,29 @@ import numpy as np
 
 from raxel.cameras.core.base import Rays
 
-# Side of a tile at most, and how far its nodes reach beyond it, px.
+# Maximum side of a tile, and extent of its nodes beyond it, px.
 TILE_PX, MARGIN_PX = 16.0, 1.0
 N_NODES = 7
 NODE_POSITIONS = -np.cos(np.pi * np.arange(N_NODES) / (N_NODES - 1))
-# Of a tile's Chebyshev series the terms of highest degree must be below this many px,
-# or below rounding. Those left out are much smaller again.
+# Limit in px, and rounding, for the terms of highest degree of a tile's Chebyshev
+# series. Neglected terms are much smaller again.
 LAST_TERMS_TOL_PX, ROUNDING_TOL = 1e-6, 1e-13
 TILE_BLOCK = 1 << 11
-# What a tile is that has no polynomial: not looked at, exact rays, no ray at all.
+# State of a tile without a polynomial: not tested, exact rays, no ray at all.
 UNKNOWN, EXACT, EMPTY = -1, -2, -3
 
 
 @lru_cache(maxsize=8)
 def smooth_rays(camera):
-    """The `SmoothRays` of a camera, kept for its next picture."""
+    """Cached `SmoothRays` of a camera."""
     return SmoothRays(camera)
 
 
 class SmoothRays:
-    """Rays of one camera; tiles are looked at when they are needed.
+    """Rays of one camera; tiles are computed on demand.
 
-    Origins come as one, (1, 3), where the camera is central and starts all rays there:
-    it may still start them on a mirror, each where it leaves.
+    For a central camera with a common origin of all rays, origins are (1, 3); rays may
+    also start on a mirror, each where it leaves.
     """
 
     def __init__(self, camera):
@@ -53,7 +53,7 @@ class SmoothRays:
         first = seen.origins[np.argmax(seen.valid)]
         one = np.all((seen.origins == first) | ~seen.valid[:, None])
         self._origin = first[None] if camera.central and one else None
-        # Room for all tiles; memory that is never written is never taken.
+        # Memory for all tiles; pages that are never written are not allocated.
         self._directions = np.empty((self._tiles.size, N_NODES, N_NODES, 3))
         self._origins = np.empty_like(self._directions)
         self._known = 0
@@ -99,7 +99,7 @@ class SmoothRays:
         return self._corrected(found, again, pixels)
 
     def _place(self, values, axis):
-        """Tile of each coordinate, and where in it: -1 to 1 from node to node."""
+        """Tile of each coordinate, and position in it: -1 to 1 between end nodes."""
         return _places(values, self._size[axis], self._count[axis])
 
     def _interpolated(self, values_at):
@@ -111,7 +111,7 @@ class SmoothRays:
         )
 
     def _corrected(self, rays, where, pixels):
-        """The rays with exact ones at the indices `where`."""
+        """Rays with exact ones at the indices `where`."""
         if len(where):
             exact = self.camera.rays(pixels)
             rays.directions[where], rays.valid[where] = exact.directions, exact.valid
@@ -120,7 +120,7 @@ class SmoothRays:
         return rays
 
     def _look_at(self, wanted):
-        """Find what the wanted tiles (rows, columns) are that are unknown."""
+        """Compute the wanted tiles (rows, columns) that are unknown."""
         rows, columns = np.nonzero(wanted & (self._tiles == UNKNOWN))
         for first in range(0, len(rows), TILE_BLOCK):
             part = slice(first, first + TILE_BLOCK)
@@ -185,7 +185,7 @@ def _places(values, size, count):
     tile, x = np.empty(len(values), np.int64), np.empty(len(values))
     for n in range(len(values)):
         from_edge = values[n] + 0.5
-        # Neither what is not a number nor what is too large for one makes an index.
+        # NaN and very large values are no valid index.
         inside = 0 <= from_edge < count * size
         tile[n] = int(from_edge / size) if inside else (count - 1) * (from_edge > 0)
         x[n] = (from_edge - (tile[n] + 0.5) * size) / (size / 2 + MARGIN_PX)

@@ -22,9 +22,9 @@ def argument_names(camera_class):
 
 
 class NamedFields:
-    """For a camera that keeps each constructor argument under the argument's name.
+    """Mixin for a camera that stores each constructor argument under its name.
 
-    An argument that is None is left out of the file.
+    Arguments that are None are not stored.
     """
 
     def _fields(self):
@@ -42,7 +42,7 @@ class NamedFields:
         return cls(**{n: file.value(n) for n in names if n in needed or file.has(n)})
 
 
-# A camera has some hundred parameters at most; only tables of the image have more.
+# A camera has about a hundred parameters; only tables of the image have more.
 MAX_N_PARAMETERS = 4096
 # As in an image set.
 MAX_SIDE_PX = 32_000
@@ -51,15 +51,15 @@ MAX_NESTING_DEPTH = 4
 
 
 def write_camera(path, kind, fields):
-    """Write a camera's fields to `path`, compressed, whole or not at all."""
+    """Write a camera's fields to `path`, compressed and atomically."""
     with replacing(path) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, kind=np.array(kind), **fields)
 
 
 class CameraFile:
-    """An open camera file: every fault becomes an InputError with file and field.
+    """Open camera file: every fault becomes an InputError with file and field.
 
-    kinds: dict name -> class of the cameras that it may hold, in it or nested.
+    kinds: dict name -> class of the allowed cameras, also nested ones.
     """
 
     depth = 0
@@ -80,7 +80,7 @@ class CameraFile:
         return self._archive.array(name, most)
 
     def shape(self, name):
-        """The shape that the array under `name` says it has."""
+        """Shape of the array under `name`, from its header."""
         return self._archive.shape(name)
 
     def has(self, name):
@@ -92,19 +92,19 @@ class CameraFile:
         value = self.array(name)
         if value.shape != () or value.dtype.kind not in "iuf":
             raise self._fault(
-                name, f"found {value.dtype} {value.shape}; a single number is needed"
+                name, f"found {value.dtype} {value.shape}; give a single number"
             )
         if not math.isfinite(value):
-            raise self._fault(name, f"found {value}; a finite number is needed")
+            raise self._fault(name, f"found {value}; give a finite number")
         return value.item()
 
     def numbers(self, name, axes=None, most=MAX_N_PARAMETERS):
-        """The real numbers, or truth values, under `name`; axes: how many it has."""
+        """Real numbers, or truth values, under `name`; axes: their number."""
         value = self.array(name, most)
         if axes not in (None, value.ndim):
-            raise self._fault(name, f"shape {value.shape} found; {axes} axes needed")
+            raise self._fault(name, f"found shape {value.shape}; give {axes} axes")
         if value.dtype.kind not in "biuf":
-            raise self._fault(name, f"found {value.dtype}; numbers are needed")
+            raise self._fault(name, f"found {value.dtype}; give numbers")
         return value
 
     def table(self, name, *shapes):
@@ -112,21 +112,19 @@ class CameraFile:
         shape = self.shape(name)
         if shape not in shapes:
             wanted = " or ".join(map(str, shapes))
-            raise self._fault(name, f"shape {shape} found; {wanted} needed")
+            raise self._fault(name, f"found shape {shape}; give {wanted}")
         return self.numbers(name, most=math.prod(shape))
 
     def text(self, name):
         """The text under `name`."""
         value = self.array(name)
         if value.shape != () or value.dtype.kind != "U":
-            raise self._fault(
-                name, f"found {value.dtype} {value.shape}; a text is needed"
-            )
+            raise self._fault(name, f"found {value.dtype} {value.shape}; give a text")
         try:
             return value.item()
         except (ValueError, SystemError) as fault:
-            # Numbers that stand for no character.
-            raise self._fault(name, "no text; save it anew") from fault
+            # Invalid code points.
+            raise self._fault(name, "invalid text; save the file anew") from fault
 
     def value(self, name):
         """The text, number or array of numbers under `name`."""
@@ -153,7 +151,7 @@ class CameraFile:
         """The camera, of the class that the field `kind` names."""
         if self.kind not in self.kinds:
             raise self._fault(
-                "kind", f"found {self.kind!r}; known are {', '.join(self.kinds)}"
+                "kind", f"found {self.kind!r}; give one of {', '.join(self.kinds)}"
             )
         self.size()
         try:
@@ -165,8 +163,8 @@ class CameraFile:
             raise InputError(f"{self.path}: {text}") from fault
         except MemoryError as fault:
             raise InputError(
-                f"{self.path}: the memory does not suffice for this camera; give one "
-                "of fewer pixels"
+                f"{self.path}: not enough memory for this camera; give one with fewer "
+                "pixels"
             ) from fault
 
     def nested(self, name):
@@ -174,7 +172,7 @@ class CameraFile:
         if self.depth == MAX_NESTING_DEPTH:
             raise self._fault(
                 name,
-                f"a camera in {MAX_NESTING_DEPTH} others; give one nested less deeply",
+                f"more than {MAX_NESTING_DEPTH} nested cameras; reduce the nesting",
             )
         return _FilePart(name, self).camera()
 

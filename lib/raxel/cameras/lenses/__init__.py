@@ -1,1 +1,1 @@
-"""Lenses: cameras with a formula for where a direction is seen."""
+"""Lenses: parametric cameras without mirrors."""

@@ -12,25 +12,23 @@ from raxel.cameras.core.base import Camera, Projection, Rays, as_rows, checked_a
 from raxel.cameras.core.storage import NamedFields
 from raxel.errors import InputError
 
-# Rounding, so that a ray on the rim of the field of view stays inside.
+# Rounding tolerance, so that a ray at the edge of the field of view is inside.
 ANGLE_TOL_RAD = 1e-12
 
 
 class AzimuthalCamera(NamedFields, Camera):
     """p = r(theta) (cos phi, sin phi) (2.5), then a warp of p, then an affine map.
 
-    theta is the angle between the ray and the direction that the centre of the image
-    sees, phi its azimuth. Classes define the law by `_radius` and `_angle` and hand
-    its limits to `_set_up`.
+    theta is the angle between the ray and that of the image centre, phi its azimuth.
+    Classes define the law by `_radius` and `_angle` and pass its limits to `_set_up`.
 
-    max_angle: radians; the model answers up to there. It is the law's own limit (its
-    first turning point, 90 degrees for a model of the image plane, 180 at most) unless
-    a smaller one is asked for.
+    max_angle: rad; limit of the model. By default it is the law's own limit (its first
+    turning point, 90 degrees for a model of the image plane, 180 at most).
     """
 
     central = True
     _warp = None
-    # -1 where the centre of the image looks along -z.
+    # -1 where the image centre looks along -z.
     _look = 1.0
 
     @abc.abstractmethod
@@ -64,8 +62,8 @@ class AzimuthalCamera(NamedFields, Camera):
                 self._check_angle(max_angle, reach)
         if not (reach > 0 and radius > 0):
             raise InputError(
-                f"{self.kind} camera: the image folds at its centre already; give "
-                "smaller distortion coefficients"
+                f"{self.kind} camera: the image folds at its centre; give smaller "
+                "distortion coefficients"
             )
         self.max_angle, self.max_radius = reach, radius
         self._asked_angle = max_angle
@@ -76,14 +74,14 @@ class AzimuthalCamera(NamedFields, Camera):
         checked_array("max_angle", max_angle, ())
         if not 0 < max_angle <= reach + 1e-9:
             raise InputError(
-                f"field 'max_angle': found {max_angle:.6g} "
-                f"({math.degrees(max_angle):.2f} degrees); with these coefficients the "
-                f"{self.kind} model holds up to {reach:.6g} "
-                f"({math.degrees(reach):.2f} degrees); give at most that"
+                f"field 'max_angle': found {max_angle:.6g} rad "
+                f"({math.degrees(max_angle):.2f} degrees); give at most {reach:.6g} "
+                f"({math.degrees(reach):.2f} degrees), the limit of the {self.kind} "
+                "model with these coefficients"
             )
 
     def _within(self, angle):
-        # The rim itself belongs to the field of view if it has an image.
+        # The edge belongs to the field of view if it has an image.
         if np.isinf(self.max_radius):
             return angle < self.max_angle
         return angle <= self.max_angle + ANGLE_TOL_RAD
@@ -93,7 +91,7 @@ class AzimuthalCamera(NamedFields, Camera):
         return float(function(np.array([value]))[0])
 
     def _fields(self):
-        # The limit that was asked for: the law's own follows from the rest.
+        # A given limit only: the law's own limit follows from the other fields.
         fields = super()._fields()
         del fields["max_angle"]
         if self._asked_angle is not None:
@@ -167,7 +165,7 @@ class AzimuthalCamera(NamedFields, Camera):
 
 
 class PlaneLaw:
-    """The law of a plane at right angles to the axis: r = tan(theta), ahead only."""
+    """Law of a plane perpendicular to the axis: r = tan(theta), in front only."""
 
     def _radius(self, angle):
         return np.tan(angle)
@@ -182,7 +180,7 @@ class PlaneLaw:
 def smallest_positive_root(ascending):
     """Smallest real root > 0 of a polynomial with ascending coefficients; else inf."""
     descending = np.array(ascending, float)[::-1]
-    # So small a leading coefficient has its root beyond all numbers.
+    # The root for so small a leading coefficient overflows.
     descending[np.abs(descending) < 1e-200 * np.abs(descending).max()] = 0
     roots = np.roots(np.trim_zeros(descending, "f"))
     # Rounding splits a double root, the inflection of a curve, into a complex pair.
@@ -190,20 +188,20 @@ def smallest_positive_root(ascending):
     return float(real[real > 0].min(initial=np.inf))
 
 
-N_NODES = 1025  # of the table that gives the first guess
+N_NODES = 1025  # of the table of initial values
 
 
 def invert_rising(function, slope, targets, high):
     """x in [0, high] with function(x) = targets, for a function rising from 0.
 
-    targets: (N,) in [0, function(high)]; `high` may be inf, then the targets must lie
+    targets: (N,) in [0, function(high)]; for an infinite `high` the targets must be
     below the function's supremum. Safeguarded: a tangent that leaves the bracket is
-    replaced by bisection, so that the branch between 0 and `high` is never left.
+    replaced by bisection, so the iteration stays on the branch between 0 and `high`.
     """
     targets = np.asarray(targets, float)
     with np.errstate(all="ignore"):
         low, top, x = _bracket(function, targets, high)
-        # Newton's method would take forty steps to come so close to 0.
+        # Newton's method needs forty steps from the table to such small values.
         done = targets == 0
         x = np.where(done, 0.0, x)
         for _ in range(200):
@@ -212,7 +210,7 @@ def invert_rising(function, slope, targets, high):
             low = np.where(gap < 0, x, low)
             new = x - gap / slope(x)
             new = np.where((new >= low) & (new <= top), new, (low + top) / 2)
-            # What has settled stays, so no result depends on its neighbours.
+            # Converged values stay, so results do not depend on their neighbours.
             settled = (gap == 0) | (np.abs(new - x) <= 1e-15 * x) | (top <= low)
             x = np.where(done | (gap == 0), x, new)
             done |= settled
@@ -222,10 +220,10 @@ def invert_rising(function, slope, targets, high):
 
 
 def _bracket(function, targets, high):
-    """Ends around each solution, and a first guess between them.
+    """Ends of a bracket of each solution, and an initial value.
 
-    Where the range is finite, from a table of the function: it depends on nothing but
-    the range, so a guess does not depend on the other targets.
+    For a finite range, from a table of the function. The table depends on the range
+    only, so an initial value does not depend on the other targets.
     """
     if np.isfinite(high):
         nodes = np.linspace(0, high, N_NODES)

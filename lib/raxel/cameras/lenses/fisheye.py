@@ -27,7 +27,7 @@ from raxel.cameras.lenses.plane_map import PlaneMap
 from raxel.errors import InputError
 
 PROJECTIONS = ("equidistance", "equisolid", "stereographic")
-# Rounding of an angle, so that a ray on the rim of the field of view stays inside.
+# Rounding tolerance of an angle, so that a ray at the edge of the field is inside.
 ANGLE_TOL_RAD = 1e-12
 
 
@@ -94,7 +94,7 @@ class FisheyeCamera(Camera):
 
     @property
     def parameters(self) -> int:
-        """Focal length and principal point; the rim only says where to stop."""
+        """Focal length and principal point; `max_angle` is not counted."""
         return 3
 
     def project(self, points: ArrayLike) -> Projection:
@@ -149,7 +149,7 @@ class FisheyeCamera(Camera):
     def _radius_over_distance(self, across, z):
         """r(theta) / (f * distance from the axis), exact on the axis.
 
-        Half-angle forms that differ ahead and behind keep full precision up to pi.
+        Half-angle forms for both signs of z keep full precision up to pi.
         """
         length = np.hypot(across, z)
         if self.projection == "equidistance":
@@ -206,8 +206,8 @@ class FisheyeCamera(Camera):
 class AsymmetricMap(PlaneMap):
     """theta (cos phi, sin phi) to (r + D_r) u_r + D_t u_phi (2.9).
 
-    The polynomials hold one power of theta less than the model's: the factor theta
-    that all terms share is the length of the argument.
+    The polynomials have one power of theta less than those of the model: the common
+    factor theta is the length of the argument.
     """
 
     def __init__(self, k, radial_l, radial_i, tangential_m, tangential_j, radius):
@@ -328,13 +328,13 @@ class KannalaBrandtCamera(AzimuthalCamera):
         self.k = checked_array("k", k, (None,))
         if not 2 <= len(self.k) <= 5:
             raise InputError(
-                f"field 'k': {len(self.k)} coefficients found; give k1, k2 and at most "
+                f"field 'k': found {len(self.k)} coefficients; give k1, k2 and at most "
                 "three more"
             )
         if not self.k[0] > 0:
             raise InputError(
-                f"field 'k': k1 = {self.k[0]} found; r must rise from the axis, so "
-                "give a positive k1"
+                f"field 'k': found k1 = {self.k[0]}; give a positive k1 (r must rise "
+                "from the axis)"
             )
         self.pixels_per_unit = checked_positive(
             "pixels_per_unit", pixels_per_unit, (2,)
@@ -350,8 +350,8 @@ class KannalaBrandtCamera(AzimuthalCamera):
         asymmetric = len(self.radial_l) or len(self.tangential_m)
         if asymmetric and self._off_axis:
             raise InputError(
-                "field 'tangential' or 'prism': found beside asymmetric terms; give "
-                "one of the two"
+                "field 'tangential' or 'prism': found together with asymmetric terms; "
+                "give one of the two"
             )
         self.symmetric = not (asymmetric or self._off_axis)
         affine = np.diag(self.pixels_per_unit) * (self.k[0] if self._off_axis else 1.0)
@@ -360,7 +360,7 @@ class KannalaBrandtCamera(AzimuthalCamera):
 
     @property
     def parameters(self) -> int:
-        """k, the terms that are not symmetric, and four of the affine map."""
+        """Coefficients k, asymmetric terms, and four of the affine map."""
         return (
             len(self.k)
             + 7 * bool(len(self.radial_l))

@@ -1,4 +1,4 @@
-"""A lens whose entrance pupil moves along its axis with the angle."""
+"""Lens with an entrance-pupil shift along its axis that depends on the angle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from raxel.cameras.lenses.azimuthal import AzimuthalCamera
 from raxel.cameras.lenses.fisheye import ANGLE_TOL_RAD, FisheyeCamera
 from raxel.errors import InputError
 
-# Axial camera: a fisheye whose entrance pupil moves along the axis (2.2.4).
+# Axial camera: a fisheye with an entrance-pupil shift along the axis (2.2.4).
 
 
 MAX_N_AXIAL_STEPS = 100
@@ -88,13 +88,13 @@ class AxialCamera(NamedFields, Camera):
         self.max_angle = self._lens.max_angle
         if not self.max_angle < math.pi - 1e-6:
             raise InputError(
-                f"field 'max_angle': found {max_angle}; give radians below pi, where "
-                "the pupil would be at infinity"
+                f"field 'max_angle': found {max_angle}; give radians below pi (there "
+                "the pupil is at infinity)"
             )
 
     @property
     def central(self) -> bool:
-        """Whether the pupil stands still."""
+        """Whether the pupil shift is zero."""
         return not self.pupil_shift.any()
 
     @property
@@ -108,7 +108,7 @@ class AxialCamera(NamedFields, Camera):
         """Return the pupil's height z0 `(N,)` and dz0/dtheta at angles `(N,)`, rad."""
         sinc = np.sinc(angle / math.pi)
         growth = 1 / sinc - 1
-        # d(theta / sin theta): the series takes over where the difference cancels.
+        # d(theta / sin theta): a series replaces the difference near cancellation.
         small = np.abs(angle) < 1e-3
         sine = np.where(small, 1.0, np.sin(angle))
         slope = np.where(
@@ -165,7 +165,7 @@ class AxialCamera(NamedFields, Camera):
         """theta of the ray through (across, z); NaN where there is none.
 
         (z - z0) sin(theta) - across cos(theta) rises through zero there: Newton
-        inside a bracket, which bisection keeps.
+        inside a bracket that bisection maintains.
         """
         low = np.zeros_like(across)
         high = np.full_like(across, self.max_angle + ANGLE_TOL_RAD)
@@ -243,7 +243,7 @@ class MovingPupilCamera(NamedFields, Camera):
 
     @property
     def central(self) -> bool:
-        """Whether the pupil stands still."""
+        """Whether the pupil shift is zero."""
         return not self.pupil_shift.any()
 
     @property
@@ -253,7 +253,7 @@ class MovingPupilCamera(NamedFields, Camera):
 
     @property
     def max_angle(self) -> float:
-        """The angle up to which the lens answers, radians."""
+        """Largest angle of the lens, rad."""
         return self.lens.max_angle
 
     def rays(self, pixels: ArrayLike) -> Rays:
@@ -322,7 +322,7 @@ def sight_angles(rho, z, shift):
     """theta (N,), 0 to pi, at which points rho from the axis at height z are seen.
 
     Solves (z - z0(theta)) sin theta = rho cos theta by Newton steps from the angle at a
-    pupil at rest. Where they do not settle, the last angle is returned.
+    fixed pupil. Without convergence, the last angle is returned.
     """
     angle = np.arctan2(rho, z)
     if not np.any(shift):

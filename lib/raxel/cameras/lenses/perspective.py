@@ -43,7 +43,7 @@ class BrownMap(PlaneMap):
             super().__init__(radius)
             return
         super().__init__(radius, azimuths=1)
-        # A dip of the slope between two rings of the scan is not overlooked so.
+        # This also detects a minimum of the slope between two rings of the scan.
         powers = np.arange(len(radial) + 1)
         slope = (1 + 2 * powers) * self._factor[::-1]
         turn = math.sqrt(smallest_positive_root(slope))
@@ -79,7 +79,7 @@ class BrownMap(PlaneMap):
 
 
 def distortion_warp(radial, tangential, prism=(0.0, 0.0)):
-    """radius -> BrownMap on that disc, or None where there is no distortion."""
+    """radius -> BrownMap on that disc, or None without distortion."""
     if not (np.any(radial) or np.any(tangential) or np.any(prism)):
         return None
     return lambda radius: BrownMap(radial, tangential, radius, prism)
@@ -251,7 +251,7 @@ class PerspectiveCamera(Camera):
         factor = np.full(len(distorted), np.nan)
         factor[valid] = self._undistorting_factor(distorted[valid])
         x, y, z = x * factor, y * factor, np.where(valid, 1.0, np.nan)
-        # hypot does not overflow, as the squares of far pixels would.
+        # hypot does not overflow for far pixels, unlike their squares.
         d = np.column_stack([x, y, z]) / np.hypot(np.hypot(x, y), 1)[:, None]
         return Rays(np.where(valid[:, None], 0.0, np.nan) * d, d, valid)
 
@@ -267,8 +267,8 @@ class PerspectiveCamera(Camera):
     def _undistorting_factor(self, distorted):
         """r / distorted radius on the rising branch, by Newton inside a bracket.
 
-        The iteration is in log r: far out, where the highest power of r rules, its
-        logarithm is a straight line and one step arrives.
+        The iteration is in log r: far out, where the highest power of r dominates, its
+        logarithm is a straight line and one step suffices.
         """
         if not np.any(self.radial):
             return np.ones_like(distorted)
@@ -283,11 +283,11 @@ class PerspectiveCamera(Camera):
                 slope = np.polyval(self._slope, r * r)
                 new = r * np.exp(np.log(distorted / image) * image / (r * slope))
                 settled = np.abs(new - r) <= 1e-15 * r
-                # Bisection where the tangent leaves the bracket keeps to the branch.
+                # Bisection where the tangent leaves the bracket keeps the branch.
                 inside = settled | ((new > low) & (new < high))
                 new = np.where(inside, new, np.sqrt(low) * np.sqrt(high))
                 settled |= np.abs(new - r) <= 1e-15 * r
-                # What has settled stays, so no result depends on its neighbours.
+                # Converged values stay, so results do not depend on neighbours.
                 r, done = np.where(done, r, new), done | settled
         return np.divide(r, distorted, out=np.ones_like(r), where=distorted > 0)
 

@@ -10,7 +10,7 @@ BLOCK = 1 << 15
 MAX_COORDINATE = 1e100
 N_RINGS, N_SPOKES = 96, 64
 N_SCAN_RADII = 400
-# Farthest radius of an unbounded map: 89.9 degrees off the axis of an image plane.
+# Largest radius of an unbounded map: 89.9 degrees from the axis of an image plane.
 MAX_RADIUS = math.tan(math.radians(89.9))
 
 
@@ -18,14 +18,14 @@ class PlaneMap(abc.ABC):
     """A map of a disc about the origin into the plane, and its inverse.
 
     The disc ends where, along any of the scanned azimuths, the map's Jacobian
-    determinant reaches zero: beyond that fold two points share an image. A point of
-    the disc where the determinant is zero all the same is refused too. The inverse is
-    Newton's method with halved steps, from the nearest of a few thousand mapped
-    points; it stays in the disc.
+    determinant reaches zero: beyond that fold two points share an image. Other points
+    of the disc with a zero determinant are rejected, too. The inverse is Newton's
+    method with halved steps, from the nearest of a few thousand mapped points; it stays
+    in the disc.
     """
 
     def __init__(self, radius, azimuths=120):
-        """radius: where the map ends at the latest; an infinite one is cut at MAX_RADIUS."""
+        """radius: upper limit of the disc; an infinite one is cut at MAX_RADIUS."""
         self.limit = self._first_fold(radius, azimuths)
         self._seeds = None
 
@@ -52,7 +52,7 @@ class PlaneMap(abc.ABC):
         return np.where(valid[:, None], q, np.nan), valid
 
     def invert(self, q):
-        """Points (N, 2) of the disc that map to `q`, and which were found (N,)."""
+        """Points (N, 2) of the disc that map to `q`, and whether one exists (N,)."""
         p = np.full(q.shape, np.nan)
         for start in range(0, len(q), BLOCK):
             rows = slice(start, start + BLOCK)
@@ -110,7 +110,7 @@ class PlaneMap(abc.ABC):
         return p
 
     def _newton(self, q, p, scale):
-        """Newton from p towards q: points, and which arrived inside the disc."""
+        """Newton from p towards q: points, and which converged inside the disc."""
         miss = self.value(p) - q
         size = np.hypot(*miss.T)
         enough = 1e-11 * (scale + np.hypot(*q.T))
@@ -131,9 +131,9 @@ class PlaneMap(abc.ABC):
         return p, (size <= enough) & self.regular(p)
 
     def _shortened(self, q, p, step, size, enough):
-        """Halve steps until they stay in the disc and come nearer to q.
+        """Halve steps until they stay in the disc and approach q.
 
-        Where `enough` is reached a whole step is tried and no other: rounding is near.
+        Below `enough`, near rounding, only a whole step is tried.
         """
         new, gap = p.copy(), np.full_like(p, np.nan)
         better = np.zeros(len(p), bool)

@@ -2,7 +2,7 @@
 
 Models that give the ray in closed form: (p, f(|p|)) with a polynomial f.
 
-The depth f may pass through zero: then the ray leaves the image plane and looks back.
+The depth f may pass through zero: then the ray has a negative z.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class PolarMap(PlaneMap):
         self._rise = np.arange(len(radial), 0, -1) * self._stretch
         self._turn = np.append(np.asarray(tangential, float)[::-1], 0.0)
         super().__init__(radius, azimuths=1)
-        # A dip of the slope between two rings of the scan is not overlooked so.
+        # This also detects a minimum of the slope between two rings of the scan.
         self.limit = min(self.limit, smallest_positive_root(self._rise[::-1]))
 
     def value(self, p):
@@ -153,8 +153,8 @@ class ShahAggarwalCamera(PlaneLaw, AzimuthalCamera):
         self.tangential = checked_array("tangential", tangential, (ORDER,))
         if not self.radial[0] > 0:
             raise InputError(
-                f"field 'radial': a1 = {self.radial[0]:g} found; the radius must rise "
-                "from the axis, so give a positive a1"
+                f"field 'radial': found a1 = {self.radial[0]:g}; give a positive a1 "
+                "(the radius must rise from the axis)"
             )
         self._set_up(
             self.K[:2, :2],
@@ -223,7 +223,7 @@ class FieldOfViewCamera(AzimuthalCamera):
         self.omega = float(checked_array("omega", omega, ()))
         if not 0 < self.omega < math.pi:
             raise InputError(
-                f"field 'omega': found {omega}; give radians in (0, pi), open ends"
+                f"field 'omega': found {omega}; give radians between 0 and pi"
             )
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
@@ -348,8 +348,8 @@ class RayPolynomialCamera(AzimuthalCamera):
         depth = self._depths()
         if depth[0] == 0:
             raise InputError(
-                f"field '{name}': the first is 0; the centre of the image needs a "
-                "depth, positive to look along +z"
+                f"field '{name}': the first coefficient is 0; give a nonzero depth of "
+                "the image centre, positive to look along +z"
             )
         self._look = math.copysign(1.0, depth[0])
         depth = self._look * depth
@@ -363,13 +363,13 @@ class RayPolynomialCamera(AzimuthalCamera):
         return self._far_angle(), math.inf
 
     def _far_angle(self):
-        """Where theta tends to far out, if it never turns."""
+        """Limit of theta far out, without a turning point."""
         highest = np.trim_zeros(self._poly, "f")
         if len(highest) == 1:
             return math.pi / 2
         if len(highest) == 2:
             return math.atan2(1.0, highest[0])
-        # It rises for ever, so f falls faster than r.
+        # theta rises without bound, so f falls faster than r.
         return math.pi
 
     def _radius(self, angle):
@@ -427,7 +427,7 @@ class DivisionCamera(RayPolynomialCamera):
         self.coefficients = checked_array("coefficients", coefficients, (None,))
         if len(self.coefficients) < 1:
             raise InputError(
-                "field 'coefficients': none found; give l1 at least, 0 for a pinhole"
+                "field 'coefficients': found none; give at least l1 (0 for a pinhole)"
             )
         angle, radius = self._own_limits("coefficients")
         edge = smallest_positive_root(self._poly[::-1])
@@ -492,7 +492,7 @@ class TardifCamera(RayPolynomialCamera):
         check_size(self, width, height)
         self.coefficients = checked_array("coefficients", coefficients, (None,))
         if len(self.coefficients) < 1:
-            raise InputError("field 'coefficients': none found; give c0 at least")
+            raise InputError("field 'coefficients': found none; give at least c0")
         self.principal_point = checked_array("principal_point", principal_point, (2,))
         limits = self._own_limits("coefficients")
         self._set_up(np.eye(2), self.principal_point, max_angle, *limits)
@@ -551,14 +551,14 @@ class ScaramuzzaCamera(RayPolynomialCamera):
         check_size(self, width, height)
         self.coefficients = checked_array("coefficients", coefficients, (None,))
         if len(self.coefficients) < 1:
-            raise InputError("field 'coefficients': none found; give a0 at least")
+            raise InputError("field 'coefficients': found none; give at least a0")
         self.centre = checked_array("centre", centre, (2,))
         self.affine = checked_array("affine", affine, (3,))
         c, d, e = self.affine
         if not c - d * e > 0:
             raise InputError(
-                f"field 'affine': (c, d, e) = {self.affine.tolist()} found; c - d e "
-                "must be positive"
+                f"field 'affine': found (c, d, e) = {self.affine.tolist()}; give "
+                "values with c - d e above 0"
             )
         limits = self._own_limits("coefficients")
         self._set_up([[c, d], [e, 1]], self.centre, max_angle, *limits)

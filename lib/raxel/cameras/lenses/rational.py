@@ -22,7 +22,7 @@ from raxel.cameras.lenses.perspective import distortion_warp
 from raxel.cameras.lenses.plane_map import PlaneMap, determinant
 from raxel.errors import InputError
 
-# How far around the image, in half diagonals, a lifted camera answers.
+# Domain of a lifted camera around the image, in half diagonals.
 MAP_HALF_DIAGONALS = 1.5
 
 
@@ -113,8 +113,8 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
             scale = coefficients[denominator, 0]
             if scale == 0:
                 raise InputError(
-                    f"field 'coefficients': {name} is 0 at the principal point; its "
-                    "constant term must not vanish"
+                    f"field 'coefficients': {name} is 0 at the principal point; give a "
+                    "nonzero constant term"
                 )
             coefficients[numerator : denominator + 1] /= scale
         self.coefficients = coefficients
@@ -134,14 +134,14 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
 
 
 class LiftedMap(PlaneMap):
-    """Offsets from mid-image to the stereographic chart around mid-image's ray.
+    """Offsets from the image centre to the stereographic chart around its ray.
 
     lifted: (3, 6), directions over x^2, x y, y^2, x, y, 1 in the chart's frame.
     """
 
     def __init__(self, lifted, radius):
         self._lifted = lifted
-        # A mirror image has the other orientation everywhere; rounding has none.
+        # A mirrored map has the other orientation everywhere.
         area = determinant(self.jacobian(np.zeros((1, 2))))[0]
         self._sign = np.sign(area) * (abs(area) > 1e-24 * np.sum(lifted**2))
         super().__init__(radius)
@@ -227,12 +227,14 @@ class LiftedRationalCamera(NamedFields, Camera):
         self._scale = math.hypot(self.width, self.height) / 2
         lifted = self.A @ lift_of_scaled(self._centre, self._scale)
         if not np.linalg.norm(lifted[:, 5]) > 0:
-            raise InputError("field 'A': mid-image has no direction; give another A")
+            raise InputError(
+                "field 'A': the image centre has no direction; give another A"
+            )
         self._rotation = _frame_around(lifted[:, 5])
         lifted = self._rotation @ lifted / np.linalg.norm(lifted[:, 5])
         self._map = LiftedMap(lifted, MAP_HALF_DIAGONALS)
         if not self._map.limit > 0:
-            raise InputError("field 'A': the image folds at its middle; give another A")
+            raise InputError("field 'A': the image folds at its centre; give another A")
         self.max_radius_px = self._map.limit * self._scale
 
     def rays(self, pixels: ArrayLike) -> Rays:
@@ -277,7 +279,7 @@ class LiftedRationalCamera(NamedFields, Camera):
 
 
 def _frame_around(axis):
-    """A rotation (3, 3) that takes `axis` to +z."""
+    """A rotation (3, 3) that maps `axis` to +z."""
     z = axis / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x /= np.linalg.norm(x)
@@ -341,9 +343,7 @@ class UnifiedSphereCamera(AzimuthalCamera):
         check_size(self, width, height)
         self.xi = float(checked_array("xi", xi, ()))
         if self.xi < 0:
-            raise InputError(
-                f"field 'xi': found {xi}; the centre of projection lies at xi >= 0"
-            )
+            raise InputError(f"field 'xi': found {xi}; give a value of 0 or more")
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
         self.tangential = checked_array("tangential", tangential, (2,))
@@ -357,7 +357,7 @@ class UnifiedSphereCamera(AzimuthalCamera):
 
     @property
     def parameters(self) -> int:
-        """xi, the five of K, and the distortion if there is any."""
+        """xi, the five of K, and the distortion."""
         off_axis = [terms for terms in (self.tangential, self.prism) if np.any(terms)]
         return 6 + len(self.radial) + 2 * len(off_axis)
 

@@ -17,7 +17,7 @@ from raxel.cameras.core.base import (
 from raxel.cameras.core.storage import NamedFields
 from raxel.errors import InputError
 
-# Orthographic camera: parallel rays, the viewer of a paraboloid mirror.
+# Orthographic camera: parallel rays, the viewing camera of a paraboloid mirror.
 
 
 class OrthographicCamera(NamedFields, Camera):
@@ -44,7 +44,7 @@ class OrthographicCamera(NamedFields, Camera):
 
     kind = "orthographic"
     central = False
-    # Scale only: where the axes pierce the image is a choice of the frame.
+    # Scale only: the intersection of axis and image is a choice of the frame.
     parameters = 1
 
     def __init__(
@@ -98,7 +98,7 @@ class OrthographicCamera(NamedFields, Camera):
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
 
-# Linear pushbroom camera: a line sensor carried along a straight path (2.2.4).
+# Linear pushbroom camera: a line sensor that moves along a straight path (2.2.4).
 
 
 class PushbroomCamera(NamedFields, Camera):
@@ -157,8 +157,8 @@ class PushbroomCamera(NamedFields, Camera):
         self.reference_row = float(checked_array("reference_row", reference_row, ()))
         if abs(self.velocity[1]) <= 1e-9 * np.linalg.norm(self.velocity):
             raise InputError(
-                f"field 'velocity': found {self.velocity.tolist()}; y must not be "
-                "zero, or all rows see one plane"
+                f"field 'velocity': found {self.velocity.tolist()}; give a nonzero y "
+                "(otherwise all rows see one plane)"
             )
 
     def rays(self, pixels: ArrayLike) -> Rays:
@@ -207,7 +207,7 @@ class PushbroomCamera(NamedFields, Camera):
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
 
-# Sine of an angle, and share of a length, below which lines or planes count as one.
+# Sine of an angle, and fraction of a length, below which lines or planes coincide.
 COINCIDENCE_TOL = 1e-9
 
 
@@ -270,29 +270,30 @@ class XSlitsCamera(NamedFields, Camera):
         self._slits = self._unit_slits()
 
     def _unit_slits(self):
-        """Unit directions of the slits, which must be skew and off the image plane."""
+        """Unit directions of the slits, which must be skew and outside the image."""
         length = np.linalg.norm(self.slit_directions, axis=1)
         if not (length > 0).all():
-            raise InputError("field 'slit_directions': a direction is zero")
+            raise InputError("field 'slit_directions': a direction is zero; change it")
         slits = self.slit_directions / length[:, None]
         apart = self.slit_points[1] - self.slit_points[0]
         across = np.cross(slits[0], slits[1])
         if np.linalg.norm(across) < COINCIDENCE_TOL:
             raise InputError(
-                "field 'slit_directions': the slits are parallel; a ray through both "
-                "needs slits that cross"
+                "field 'slit_directions': the slits are parallel (no ray meets both); "
+                "rotate one of them"
             )
         if abs(apart @ across) <= COINCIDENCE_TOL * np.linalg.norm(apart):
             raise InputError(
-                "field 'slit_points': the slits meet, which makes a pinhole; move them "
-                "apart, or use a camera of kind 'perspective'"
+                "field 'slit_points': the slits meet (a pinhole); move them apart, or "
+                "use a camera of kind 'perspective'"
             )
         height = self.slit_points[:, 2] - self.image_distance
         if np.any(
             (np.abs(height) < COINCIDENCE_TOL) & (np.abs(slits[:, 2]) < COINCIDENCE_TOL)
         ):
             raise InputError(
-                "field 'image_distance': the image plane holds a slit; move the plane"
+                "field 'image_distance': the image plane contains a slit; move the "
+                "plane"
             )
         return slits
 

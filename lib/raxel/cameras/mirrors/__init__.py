@@ -1,1 +1,1 @@
-"""Catadioptric cameras from their geometry: a viewer, and mirrors before it."""
+"""Catadioptric cameras from their geometry: a viewing camera and mirrors."""

@@ -1,4 +1,4 @@
-"""Non-central camera: a viewer before a sheet of mirror bent by hand (3.3.2, 5)."""
+"""Non-central camera: a viewing camera and a bent mirror sheet (3.3.2, 5)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from raxel.cameras.mirrors.sheet_surface import SheetMirror
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 
-# The facets of a mirror ball: square mirrors in rows, each glued on a little askew.
+# Facets of a mirror ball: square mirrors in rows, with small random tilts.
 
 
 MAX_N_FACETS = 5000
@@ -20,11 +20,11 @@ MAX_N_FACETS = 5000
 def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specimen=0):
     """Poses (F, 4, 4) and outlines (F, 4, 2) of the facets towards a viewer, mm.
 
-    The ball's centre is at (0, 0, distance + ball_radius) in the viewer's frame, its
-    poles are above and below. Rows of facets run around it, `gap` apart. cap: radians,
-    facets whose middles are so far from the point next to the viewer are there.
-    tilt_sd: radians, standard deviation of the tilt that glueing gives a facet about
-    either side; specimen: whole number from which these tilts are drawn.
+    The ball's centre is at (0, 0, distance + ball_radius) in the frame of the viewer
+    (the camera that views the mirror); its poles are above and below. Rows of facets
+    run around it, `gap` apart. cap: rad, largest angle of a facet's centre from the
+    point next to the viewer. tilt_sd: rad, standard deviation of a facet's random tilt
+    about either side; specimen: whole number, seed of these tilts.
 
     z of a facet points away from the ball. Rows start from the equator, and a row has
     as many facets as fit, one of them straight ahead. Raises InputError naming the
@@ -44,11 +44,11 @@ def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specim
     if 2 * np.pi * (1 - np.cos(cap)) * (radius / pitch) ** 2 > MAX_N_FACETS:
         raise InputError(
             f"field 'facet_size': found {facet_size} on a ball of {ball_radius} mm; "
-            f"give larger ones, {MAX_N_FACETS} at most"
+            f"give larger facets, at most {MAX_N_FACETS}"
         )
     normals = _normals(radius, pitch, cap)
     if not len(normals):
-        raise InputError(f"field 'cap': found {cap}, which holds no facet; give more")
+        raise InputError(f"field 'cap': found {cap} (no facet); give a larger value")
     down = np.array([0.0, 1.0, 0.0])
     x = np.cross(down, normals)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
@@ -64,7 +64,7 @@ def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specim
 
 
 def _normals(radius, pitch, cap):
-    """Unit normals (F, 3) of the facets within the cap, rows from above to below."""
+    """Unit normals (F, 3) of the facets within the cap, rows from top to bottom."""
     reach = int(cap * radius / pitch)
     normals = []
     for row in range(-reach, reach + 1):
@@ -132,18 +132,18 @@ class BentMirrorCamera(MirrorCamera):
         ahead = self._axis[2] > 0 if self._parallel else self._eye[2] < 0
         if not ahead:
             raise InputError(
-                "field 'T_viewer_mirror': the viewer is behind the mirror; turn it so "
-                "that its z axis points away from the viewer"
+                "field 'T_viewer_mirror': the viewer is behind the mirror; rotate it "
+                "so that its z axis points away from the viewer"
             )
 
     @property
     def central(self) -> bool:
-        """False: a bent sheet sends the rays of a viewer through no common point."""
+        """False: the rays from a bent sheet have no common point."""
         return False
 
     @property
     def parameters(self) -> int:
-        """Viewer, pose, and heights of second order or above: others are pose."""
+        """Viewer, pose, and heights of second order or above (others are pose)."""
         order = np.add.outer(*map(np.arange, self.mirror.heights.shape))
         return self.viewer.parameters + 6 + int((order > 1).sum())
 

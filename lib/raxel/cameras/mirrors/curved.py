@@ -1,4 +1,4 @@
-"""A viewer that sees the world in one curved mirror: what all such cameras share."""
+"""Common part of all cameras with one curved mirror."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.errors import InputError
 from raxel.geometry.poses import inverse_pose, rotate, transform
 
-# A stationary path is a reflection if light retraces it: misses relative to the
-# mirror's radius, and as an angle. Newton ends far below; false solutions far above.
+# A stationary path is a reflection if light retraces it: error relative to the mirror's
+# radius, and as an angle. Newton ends far below; false solutions are far above.
 RETRACE_LENGTH_TOL, RETRACE_ANGLE_TOL_RAD = 1e-7, 1e-7
 
 
 class MirrorCamera(Camera):
-    """Frame: the viewer's. A ray starts at the mirror and runs into the world.
+    """Frame: that of the viewer, the camera that views the mirror. A ray starts at the
+    mirror and points into the world.
 
     mirror: a surface with reflect, point, normals, chart, chart_extent, radius and
-    inside, in its own frame, as `ConicMirror` and `SheetMirror` have them.
+    inside, in its own frame, as `ConicMirror` and `SheetMirror`.
     """
 
     def _place(self, viewer, mirror, T_viewer_mirror):
@@ -95,7 +96,7 @@ class MirrorCamera(Camera):
             return reach * near[:, None], near
 
     def _retraces(self, M, points):
-        """Which viewer's rays to mirror points (N, 3) go on to the points (N, 3)."""
+        """Which viewer's rays to mirror points (N, 3) continue to points (N, 3)."""
         directions, _ = self._arrivals(M)
         if self._parallel:
             with np.errstate(invalid="ignore"):
@@ -115,11 +116,11 @@ class MirrorCamera(Camera):
             return seen & met.valid & (miss <= slack) & (along > 0) & straight
 
 
-# The camera that looks into mirrors: which ones can.
+# Test of the camera that views mirrors.
 
 
 def checked_viewer(viewer):
-    """The viewer, if a mirror camera can have it.
+    """The viewer, if a mirror camera accepts it.
 
     Raises InputError for anything but an OrthographicCamera or a central camera with
     its centre at the origin of its frame.
@@ -135,8 +136,8 @@ def checked_viewer(viewer):
         centre = getattr(viewer, "centre", None)
     if not viewer.central or (centre is not None and np.any(centre)):
         raise InputError(
-            f"field 'viewer': a {viewer.kind} camera whose rays do not all start at "
-            "the origin of its frame; a central viewer or an orthographic one is needed"
+            f"field 'viewer': the rays of the {viewer.kind} camera do not all start at "
+            "the origin; give a central or an orthographic camera"
         )
     return viewer
 
@@ -149,11 +150,11 @@ def checked_viewer(viewer):
 
 
 BLOCK = 2048
-# Rings and spokes of the grid of starts, and how many of them are tried: a convex
-# mirror has one reflection, a concave one may have several close together.
+# Rings and spokes of the grid of starts, and number of tried starts: a convex mirror
+# has one reflection, a concave one may have several close together.
 CONVEX_START_GRID, CONCAVE_START_GRID = (8, 16, 4), (12, 24, 24)
 MAX_N_STEPS = 80
-# Of the chart's extent at the rim: a Newton step this small is the last one needed.
+# Newton step at convergence, over the chart's extent at the edge.
 STEP_TOL = 1e-12
 MAX_STEP = 0.3
 CHART_MARGIN = 1.5
@@ -164,11 +165,11 @@ def reflection_points(mirror, points, arrivals, accept):
 
     mirror: `ConicMirror`, everything in its frame, mm. arrivals(M (n, 3)) gives unit
     directions (n, 3) from the viewer to M and the curvature of their wave front (n,),
-    one over the distance, zero for parallel rays. accept(M, points) -> (n,) bool tells
-    which stationary points are true reflections: one that is not, such as a reflection
-    off the back, gives way to the next start. A point seen several times, as concave
-    mirrors allow, gets the reflection whose coarse start was the best; of two that
-    nearly coincide, next to the caustic, the grid of starts may miss both.
+    one over the distance, zero for parallel rays. accept(M, points) -> (n,) bool
+    selects the stationary points that are true reflections. Others, such as reflections
+    off the back, are skipped for the next start. A point with several reflections, as
+    on concave mirrors, gets the one with the best coarse start; the grid of starts may
+    miss two nearly coincident reflections next to the caustic.
     """
     found = np.full((len(points), 3), np.nan)
     for first in range(0, len(points), BLOCK):
@@ -191,8 +192,8 @@ def reflection_points(mirror, points, arrivals, accept):
 def stationarity(mirror, p, points, arrivals):
     """Equations (N, 2) that vanish with g, and their derivative (N, 2, 2), in mm^2.
 
-    They are g times the distance l from M to the scene point: J^T (l a + M - X). For a
-    point next to the mirror g alone turns abruptly, while these stay nearly linear.
+    They are g times the distance l from M to the scene point: J^T (l a + M - X). Near
+    the mirror g alone changes abruptly, while these stay nearly linear.
     """
     M, J, second = mirror.point(p)
     a, a_curvature = arrivals(M)
@@ -212,12 +213,12 @@ def stationarity(mirror, p, points, arrivals):
 
 
 def _starts(mirror, points, arrivals):
-    """Chart points to begin at (N, S, 2), NaN after the last of a row.
+    """Initial chart points (N, S, 2), NaN after the last of a row.
 
-    They are the local minima, best first, on a polar grid over the mirror, of how far
-    the bisector of the two directions is from the normal; on a concave mirror other
-    places of the grid follow. Last comes the place of the mirror next to a point so
-    near to it that the grid is too coarse.
+    They are the local minima, best first, on a polar grid over the mirror, of the angle
+    between the bisector of the two directions and the normal; on a concave mirror other
+    grid points follow. Last is the mirror position next to a point that is too close
+    for the grid.
     """
     rings, spokes, count = CONCAVE_START_GRID if mirror.inside else CONVEX_START_GRID
     extent = mirror.chart_extent
@@ -253,9 +254,9 @@ def _starts(mirror, points, arrivals):
 
 
 def _newton(mirror, p, points, arrivals):
-    """Solve g = 0 by Newton steps, halved until |g| falls. Returns p and which settled.
+    """Solve g = 0 by Newton steps, halved until |g| falls. Returns p and convergence.
 
-    Each row goes its own way, so no result depends on its neighbours.
+    Rows are independent, so results do not depend on neighbours.
     """
     extent = mirror.chart_extent
     limit = CHART_MARGIN * extent

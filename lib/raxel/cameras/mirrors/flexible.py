@@ -1,4 +1,4 @@
-"""Non-central camera: a viewer before a clamped sheet of mirror that bends (5)."""
+"""Non-central camera: a viewing camera and a clamped, flexible mirror sheet (5)."""
 
 from __future__ import annotations
 
@@ -20,25 +20,24 @@ from raxel.cameras.mirrors.sheet_surface import N_WAVES, Unevenness
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 
-# A sheet of mirror clamped along a straight edge and bent: hit, reflect, parametrise.
-# In the mirror's frame the clamped edge lies on the y axis about the origin, x runs
-# along the flat sheet to its free edge and z away from the light. With p a profile
+# Mirror sheet clamped along a straight edge and bent: intersection, reflection, chart.
+# In the mirror's frame the clamped edge is on the y axis about the origin, x runs along
+# the flat sheet to its free edge and z away from the light. With p a profile
 # (`profiles`) the bent sheet is z(x, y) = h p(x / h), h = 1 + c y, a part of a cone
 # with its apex on the line of the clamp, at y = -1 / c; for c = 0 a cylinder. Every
-# such sheet is developable, and lies on the clamp's line with slope zero all along:
-# rulings can only run obliquely if they spread from a point of that line, for one
-# that crosses it at an angle would leave the edge straight on one side alone. To the
-# cone, `Unevenness` is added. Lengths are mm.
+# such sheet is developable, with slope zero along the clamp line: rulings can be
+# oblique only if they meet in a point of that line, since one that crosses it would
+# bend only one side of the edge. `Unevenness` is added to the cone. Lengths are mm.
 
 
-# Newton's steps from the flat sheet to the bent one, and the share of the half
-# diagonal at which they have arrived.
+# Newton steps from the flat sheet to the bent one, and relative tolerance, over half
+# of the diagonal.
 MAX_N_MEETING_STEPS, MEETING_TOL = 60, 1e-13
-# The surface is trusted this share of the sheet beyond its border.
+# Domain of the surface beyond the sheet's border, as a fraction of the sheet.
 MAX_EXTRAPOLATION = 0.5
 EDGE_TOL = 1e-12
 MAX_SLOPE = 1.0
-# Rulings so far from the clamp's direction bring the apex into the sheet's reach.
+# Larger ruling angles bring the apex too close to the sheet.
 MAX_RULING_ANGLE_RAD = np.radians(45)
 GRID_SHAPE = (33, 17)
 
@@ -50,11 +49,11 @@ class ClampedMirror:
     between the ruling through the middle of the free edge and the clamp's line,
     positive where they spread towards +y; unevenness: an `Unevenness`; holder: length
     of sheet behind the clamp's holder, mm, which no ray meets.
-    Raises InputError naming the field that no such sheet can have, also for one that
-    somewhere is steeper than 45 degrees.
+    Raises InputError naming the invalid field, also for a sheet that is steeper than 45
+    degrees anywhere.
     """
 
-    # Reflections are looked for as on a mirror that may be hollow in places.
+    # Reflections are searched for as on a mirror with possible concave areas.
     inside = True
 
     def __init__(self, profile, size, rulings, unevenness, holder):
@@ -68,7 +67,7 @@ class ClampedMirror:
         self.radius = float(np.hypot(self.size[0] / 2, self.half_width))
         self._middle = np.array([self.size[0] / 2, 0.0])
         ends = np.append(profile.breaks, self.size[0] * (1 + MAX_EXTRAPOLATION))
-        # Along the edge where the cone is narrowest a load may lie beyond the sheet.
+        # Along the edge where the cone is narrowest a load may be outside the sheet.
         ends[-1] = max(ends[-1], 1.5 * profile.breaks[-1])
         self._length = RunningIntegral(ends, self._length_rate)
         self._check_slope()
@@ -83,13 +82,13 @@ class ClampedMirror:
         if not 0 <= self.holder < length:
             raise InputError(
                 f"field 'holder': found {self.holder:g} mm of a sheet {length:g} mm "
-                "long; leave some of it to see"
+                "long; leave a part visible"
             )
         near = abs(np.tan(self.rulings)) * self.half_width / length
         if not (abs(self.rulings) <= MAX_RULING_ANGLE_RAD and near < 1 / 2):
             raise InputError(
-                f"field 'rulings': found {np.degrees(self.rulings):.3g} degrees, which "
-                "bring the cone's apex up to the sheet; give fewer"
+                f"field 'rulings': {np.degrees(self.rulings):.3g} degrees bring the "
+                "cone's apex up to the sheet; give a smaller angle"
             )
 
     def _check_slope(self):
@@ -100,7 +99,7 @@ class ClampedMirror:
             steep = np.degrees(np.arctan(slope))
             raise InputError(
                 f"field 'deflections': the sheet is up to {steep:.0f} degrees steep; "
-                "45 is the most"
+                "give at most 45"
             )
 
     def nodes(self):
@@ -137,10 +136,10 @@ class ClampedMirror:
         return heights if self.unevenness.flat else heights + self.unevenness.at(x, y)
 
     def flat(self, x, y):
-        """Where x, y (N,) of the bent sheet lie on the flat one: x, y (N,), mm.
+        """Position of x, y (N,) of the bent sheet on the flat one: x, y (N,), mm.
 
         The cone unrolls about its apex: distances from it stay, and angles about it
-        become lengths of the profile seen from there. Terms are ordered so that a
+        become lengths of the profile as seen from there. Terms are ordered so that a
         cylinder is the limit without loss of digits.
         """
         c = self._fan
@@ -168,9 +167,9 @@ class ClampedMirror:
         return np.column_stack([by_x, by_y, -np.ones(len(points))])
 
     def carries(self, points):
-        """Whether points (N, 3) of the surface are on the sheet, ahead of its holder.
+        """Whether points (N, 3) of the surface are on the sheet, beyond its holder.
 
-        The sheet does not stretch: its border is where it was on the flat one.
+        The sheet does not stretch: its border is that of the flat one.
         """
         with np.errstate(invalid="ignore", over="ignore"):
             x, y = self.flat(points[:, 0], points[:, 1])
@@ -178,11 +177,11 @@ class ClampedMirror:
             return along & (np.abs(y) <= self.half_width * (1 + EDGE_TOL))
 
     def reflect(self, origins, directions):
-        """Meet rays with the sheet and turn them: exact to rounding.
+        """Intersect rays with the sheet and reflect them: exact to rounding.
 
-        origins, directions: (N, 3), the latter unit. Not valid where a ray comes from
-        behind. The sheet is too flat for a second reflection by more than a grazing
-        ray; such a ray is not looked for.
+        origins, directions: (N, 3), the latter unit. Not valid for rays from behind.
+        The sheet is too flat for a second reflection except of a grazing ray, which is
+        neglected.
         """
         points, met = self._meetings(origins, directions)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -222,7 +221,7 @@ class ClampedMirror:
 
     @property
     def chart_extent(self):
-        """|p| at the sheet's corners, as long as it is flat."""
+        """|p| at the corners of the flat sheet."""
         return 1.0
 
     def point(self, p):
@@ -242,11 +241,11 @@ class ClampedMirror:
         return np.column_stack([x, y, z]), first, second
 
 
-# A sheet seen at a smaller angle hides parts of itself, and one so near to the
-# viewer's centre, in mm, touches its lens.
+# Minimum angle of incidence, below which a sheet hides parts of itself, and minimum
+# distance from the camera centre, where the sheet would touch the lens.
 MIN_GRAZING_ANGLE_RAD, MIN_DISTANCE_MM = np.radians(5), 10.0
-# Newton's steps from the reflection in a plane, the longest of them and the last one
-# needed, as shares of the sheet's half diagonal.
+# Newton steps from the reflection in a plane, largest and last step, over half of the
+# sheet's diagonal.
 MAX_N_STEPS, MAX_STEP, STEP_TOL = 25, 0.3, 1e-12
 
 
@@ -343,35 +342,35 @@ class FlexibleMirrorCamera(MirrorCamera):
         incidence, near = self._incidence(nodes)
         if not (self._parallel or near.max() < 1 / MIN_DISTANCE_MM):
             raise InputError(
-                f"field 'T_viewer_mirror': the mirror comes within {MIN_DISTANCE_MM:g} mm of "
-                "the viewer's centre and touches its lens; move it away"
+                f"field 'T_viewer_mirror': the mirror is within {MIN_DISTANCE_MM:g} mm "
+                "of the viewer's centre (touches the lens); move it away"
             )
         if incidence.min() < 0:
             raise InputError(
-                "field 'T_viewer_mirror': the viewer is behind the mirror; turn it so "
-                "that its z axis points away from the viewer"
+                "field 'T_viewer_mirror': the viewer is behind the mirror; rotate it "
+                "so that its z axis points away from the viewer"
             )
         if incidence.min() < np.sin(MIN_GRAZING_ANGLE_RAD):
             lowest = np.degrees(np.arcsin(incidence.min()))
             raise InputError(
-                f"field 'T_viewer_mirror': the viewer sees the mirror at down to "
-                f"{lowest:.1f} degrees; turn it, or bend it less, until all of it is "
-                f"seen at {np.degrees(MIN_GRAZING_ANGLE_RAD):.0f} or more"
+                f"field 'T_viewer_mirror': the smallest viewing angle to the mirror is "
+                f"{lowest:.1f} degrees; rotate it, or bend it less, for at least "
+                f"{np.degrees(MIN_GRAZING_ANGLE_RAD):.0f}"
             )
 
     def _sheet_nodes(self):
         return self.mirror.point(self.mirror.nodes().reshape(-1, 2))
 
     def _incidence(self, M):
-        """Sine of the angle between sheet and line of sight at M (N, 3), one over the
-        distance. The sine is negative seen from behind."""
+        """Sine of the angle between sheet and line of sight at M (N, 3), and inverse
+        distance. The sine is negative from behind."""
         arrivals, near = self._arrivals(M)
         n = self.mirror.normals(M)
         return -np.sum(arrivals * n, axis=1) / np.linalg.norm(n, axis=1), near
 
     @property
     def central(self) -> bool:
-        """False: a bent sheet sends the rays of a viewer through no common point."""
+        """False: the rays from a bent sheet have no common point."""
         return False
 
     @property
@@ -418,10 +417,10 @@ class FlexibleMirrorCamera(MirrorCamera):
         return super().project(points)
 
     def _shown_at(self, points):
-        """As every mirror's, but from the reflection in a plane where that will do.
+        """As every mirror's, but from the reflection in a plane where that suffices.
 
-        A path over the sheet whose length is a convex function has one stationary
-        point, so what Newton finds is all there is.
+        If the path length over the sheet is a convex function, it has one stationary
+        point, so Newton finds the only one.
         """
         p, settled = self._settled(points)
         found = np.full(points.shape, np.nan)
@@ -439,12 +438,12 @@ class FlexibleMirrorCamera(MirrorCamera):
         return found
 
     def _seen_once(self, points):
-        """Points (N, 3) to which no hollow of the sheet can focus the viewer's light.
+        """Points (N, 3) to which no concave part can focus the viewer's light.
 
-        In the plane of incidence the second derivative of the path's length is
-        s (s (1 / a + 1 / b) - 2 k), a and b the distances from the sheet, s the sine
-        of the angle between sheet and light, k the curvature of the hollow; across
-        that plane it is larger.
+        In the plane of incidence the second derivative of the path's length is s (s (1
+        / a + 1 / b) - 2 k), a and b the distances from the sheet, s the sine of the
+        angle between sheet and light, k the curvature of the concave part; across that
+        plane it is larger.
         """
         if not hasattr(self, "_least"):
             M, _, second = self._sheet_nodes()
@@ -479,8 +478,8 @@ class FlexibleMirrorCamera(MirrorCamera):
         return p, settled
 
     def _plane_reflections(self, points):
-        """Chart points (N, 2) that a plane through the clamp and the sheet's end would
-        show the points (N, 3) at, drawn onto the sheet."""
+        """Chart points (N, 2) of the reflections of points (N, 3) in a plane through
+        the clamp and the sheet's end, projected onto the sheet."""
         end = self.mirror.end
         chord = self.mirror.height(np.array([end]), np.zeros(1))[0, 0] / end
         n = np.array([chord, 0.0, -1.0]) / np.hypot(chord, 1)
@@ -497,8 +496,7 @@ class FlexibleMirrorCamera(MirrorCamera):
         return self.mirror.chart(M)
 
     def arguments(self):
-        """The constructor's arguments by name: the same camera again, or one of them
-        changed."""
+        """The constructor's arguments by name, for a copy with or without changes."""
         mirror, uneven = self.mirror, self.mirror.unevenness
         return {
             "viewer": self.viewer,

@@ -1,4 +1,4 @@
-"""Several planar mirrors before one viewer: catadioptric stereo (2.2.3)."""
+"""Several planar mirrors and one viewing camera: catadioptric stereo (2.2.3)."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
-# Along a leaving ray, mm: nearer hits are the facet it leaves.
+# Along a reflected ray: closer intersections are the facet that it leaves.
 MIN_HIT_MM = 1e-9
-# Of a squared distance to a facet, in telling whether a ray passes it by.
+# Of a squared distance to a facet, in the test for a miss.
 DISTANCE_TOL = 1e-11
 
 
@@ -76,7 +76,7 @@ class PlanarMirrorsCamera(Camera):
         if len(T_viewer_facets) == 0 or len(T_viewer_facets) != len(outlines):
             raise InputError(
                 f"field 'outlines': found {len(outlines)} outlines for "
-                f"{len(T_viewer_facets)} poses; each facet needs one of both"
+                f"{len(T_viewer_facets)} poses; give one of each per facet"
             )
         self.T_viewer_facets = np.stack(
             [
@@ -190,12 +190,12 @@ class PlanarMirrorsCamera(Camera):
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
     def _side_of_viewer(self, k):
-        """Sign of the side of facet k, along its z, that its viewer sees."""
+        """Sign of the side of facet k, along its z, that the viewer sees."""
         T = self.T_viewer_facets[k]
         return np.sign(-T[2, 2] if self._parallel else -T[:3, 3] @ T[:3, 2])
 
     def _first_facet(self, origins, directions):
-        """Facet (N,) that rays meet first, distance to it; -1 and NaN for none."""
+        """First facet (N,) on rays, and distance to it; -1 and NaN for none."""
         origins = np.ascontiguousarray(np.broadcast_to(origins, directions.shape))
         directions = np.ascontiguousarray(directions)
         return _nearest_facet(origins, directions, *self._polygons, *self._spheres)
@@ -220,9 +220,9 @@ class PlanarMirrorsCamera(Camera):
 
     @cached_property
     def _ahead(self):
-        """Of each facet, those others that a ray leaving it may meet; where each stops.
+        """For each facet, the others that a reflected ray may meet; end of each list.
 
-        A facet that is nowhere before the plane of another is not met from there.
+        A facet that is nowhere in front of the plane of another is not met from there.
         """
         corners = np.vstack(self._pieces)
         starts = np.append(0, self._polygons[2][:-1])
@@ -239,21 +239,21 @@ class PlanarMirrorsCamera(Camera):
         area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2
         if len(outline) < 3 or abs(area) < 1e-12 * np.ptp(outline) ** 2:
             raise InputError(
-                f"field 'outlines[{k}]': found {len(outline)} corners around no area; "
-                "give at least three that are not on one line"
+                f"field 'outlines[{k}]': {len(outline)} corners enclose no area; give "
+                "at least three that are not collinear"
             )
         corners = transform(T, np.column_stack([outline, np.zeros(len(outline))]))
         if corners[:, 2].max() <= 0:
             raise InputError(
-                f"field 'T_viewer_facets[{k}]': the facet is behind the viewer; its "
-                "corners need z > 0"
+                f"field 'T_viewer_facets[{k}]': the facet is behind the viewer; give "
+                "corners with z > 0"
             )
         height = T[2, 2] if self._parallel else T[:3, 3] @ T[:3, 2]
         scale = 1 if self._parallel else np.linalg.norm(corners, axis=1).max()
         if abs(height) <= 1e-9 * scale:
             raise InputError(
-                f"field 'T_viewer_facets[{k}]': the viewer sees the facet edge on; "
-                "turn it"
+                f"field 'T_viewer_facets[{k}]': the viewer sees the facet edge-on; "
+                "rotate it"
             )
 
     def _fields(self):
@@ -270,8 +270,8 @@ class PlanarMirrorsCamera(Camera):
         whole = counts.dtype.kind in "iu" and (counts >= 0).all()
         if not whole or counts.sum() != len(corners):
             raise InputError(
-                f"field 'corner_counts': adds up to {counts.sum()} for {len(corners)} "
-                "corners; save it anew"
+                f"field 'corner_counts': the sum is {counts.sum()} for {len(corners)} "
+                "corners; save the file anew"
             )
         return cls(
             file.nested("viewer"),
@@ -313,7 +313,7 @@ def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only)
     """(facet (N,), distance (N,)) of the first facet on each ray; -1 and NaN for none.
 
     T, corners, ends: `PlanarMirrorsCamera._polygons`; spheres, beyond, only: as
-    `_tree_of_spheres`. Of facets equally far the first by number counts.
+    `_tree_of_spheres`. Among equally distant facets the first by number counts.
     """
     count = len(directions)
     facet, distance = np.full(count, -1), np.full(count, np.nan)
@@ -325,7 +325,7 @@ def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only)
                 way = spheres[s, i] - origins[n, i]
                 square += way * way
                 along += way * directions[n, i]
-            # So written that NaN does not pass.
+            # This form is false for NaN.
             if not square - along * along <= spheres[s, 3] + DISTANCE_TOL * square:
                 s = beyond[s]
                 continue
@@ -340,7 +340,7 @@ def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only)
 
 @numba.njit(cache=True, error_model="numpy")
 def _meets_another(origins, directions, facet, T, corners, ends, ahead, stops):
-    """Whether rays (N, 3) that leave a facet (N,) meet any of those ahead of it."""
+    """Whether rays (N, 3) that leave a facet (N,) meet any of those in front of it."""
     met = np.zeros(len(directions), np.bool_)
     for n in range(len(directions)):
         k = facet[n]
@@ -356,7 +356,7 @@ def _meets_another(origins, directions, facet, T, corners, ends, ahead, stops):
 
 @numba.njit(cache=True, error_model="numpy")
 def _distance(o, d, k, T, corners, ends):
-    """How far along a ray facet k is met, infinite where it is not."""
+    """Distance along a ray to facet k, infinite for a miss."""
     x, y, z = o[0] - T[k, 0, 3], o[1] - T[k, 1, 3], o[2] - T[k, 2, 3]
     height = x * T[k, 0, 2] + y * T[k, 1, 2] + z * T[k, 2, 2]
     slope = d[0] * T[k, 0, 2] + d[1] * T[k, 1, 2] + d[2] * T[k, 2, 2]
@@ -372,7 +372,7 @@ def _distance(o, d, k, T, corners, ends):
 
 @numba.njit(cache=True)
 def _encloses(corners, first, end, x, y):
-    """Whether the polygon corners[first:end] holds a point: odd edges to its right.
+    """Whether the polygon corners[first:end] contains a point: odd edges to its right.
 
     A point on an edge belongs to one of the polygons that share it.
     """

@@ -1,4 +1,4 @@
-"""Profiles z(x) of a thin sheet, clamped at x = 0 in place and slope, that is pushed.
+"""Profiles z(x) of a thin sheet with loads, clamped at x = 0 in position and slope.
 
 x runs from the clamp towards the free edge and z away from the light, in mm, as in the
 frame of the mirror: a positive deflection bends the sheet away from the light and makes
@@ -21,16 +21,16 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.cameras.core.base import checked_array, checked_positive
 from raxel.errors import InputError
 
-# A function given by its derivative on pieces: exact to rounding, and quick.
+# A function given by its derivative on pieces, fast and exact to rounding.
 
 
-# Smooth derivatives of a bent sheet need some twenty terms on a piece.
+# Smooth derivatives of a bent sheet need about twenty terms on a piece.
 N_TERMS = 48
 COEFFICIENT_TOL = 1e-17
 
 
 class RunningIntegral:
-    """Values of the integral of `rate` from breaks[0], straight on outside the breaks.
+    """Values of the integral of `rate` from breaks[0], linear outside the breaks.
 
     breaks: (n + 1,) rising, mm; rate(x (m,)) -> (m,), smooth between breaks and
     continuous. Each piece is the integral of a Chebyshev series of degree N_TERMS - 1.
@@ -62,9 +62,9 @@ class RunningIntegral:
         return values + np.where(x > inside, last, first) * (x - inside)
 
 
-# Gauss-Legendre nodes between two loads, and Newton's steps until they arrive.
+# Gauss-Legendre nodes between two loads, Newton steps, and their tolerance.
 N_NODES, MAX_N_STEPS, STEP_TOL = 48, 60, 1e-14
-# A sheet at right angles to its clamp has no height over it.
+# A sheet perpendicular to its clamp has no height function.
 MAX_SINE, MAX_START_SINE = 0.98, 0.8
 
 
@@ -98,7 +98,7 @@ class BeamProfile:
 
     @classmethod
     def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> BeamProfile:
-        """Return the profile that is `deflections` (k,) mm away at `loads` (k,)."""
+        """Return the profile with deflections (k,), mm, at `loads` (k,), mm."""
         loads, deflections = _checked_deflections(loads, deflections)
         return cls(loads, _beam_forces(loads, deflections))
 
@@ -165,7 +165,7 @@ class ElasticaProfile(BeamProfile):
 
     @classmethod
     def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> ElasticaProfile:
-        """Return the profile that is `deflections` (k,) mm away at `loads` (k,)."""
+        """Return the profile with deflections (k,), mm, at `loads` (k,), mm."""
         loads, deflections = _checked_deflections(loads, deflections)
         start = _beam_forces(loads, deflections)
         profile = cls.__new__(cls)
@@ -184,13 +184,13 @@ PROFILES = {profile.law: profile for profile in (BeamProfile, ElasticaProfile)}
 
 
 def checked_loads(loads):
-    """Loads (k,), mm, or InputError unless they rise from above zero."""
+    """Loads (k,), mm, or InputError unless they are positive and increasing."""
     loads = checked_array("loads", [loads] if np.isscalar(loads) else loads, (None,))
     checked_positive("loads", loads, loads.shape)
     if not (len(loads) and np.all(np.diff(loads) > 0)):
         raise InputError(
-            f"field 'loads': found {loads.tolist()}; give at least one, each farther "
-            "from the clamp than the one before"
+            f"field 'loads': found {loads.tolist()}; give at least one, in order of "
+            "distance from the clamp"
         )
     return loads
 
@@ -227,9 +227,9 @@ def _beam_forces(loads, deflections):
 
 
 def _balanced(loads, forces, deflections):
-    """(places, forces) with loads at their places along an elastica.
+    """(places, forces) with loads at their positions along an elastica.
 
-    deflections: (k,) mm to be reached by other forces than those given, or None.
+    deflections: (k,) mm, to be reached by other forces than those given, or None.
     Newton on the length and the height up to each load.
     """
     places, forces = np.array(loads), np.array(forces)
@@ -260,14 +260,14 @@ def _balanced(loads, forces, deflections):
         ):
             break
     else:
-        # Steps of rounding alone go on; anything larger is no solution.
+        # Steps at rounding level continue; anything larger is no solution.
         if np.abs(gap).max() > 1e-12 * loads[-1]:
             raise too_steep
     return places, forces
 
 
 def _upright(places, forces):
-    """Whether the loads are in order and the sheet nowhere near a right angle."""
+    """Whether the loads are in order and the sheet is far from a right angle."""
     if places[0] <= 0 or np.any(np.diff(places) <= 0):
         return False
     return _steepest(places, forces) < MAX_SINE
@@ -284,12 +284,12 @@ def _too_steep(forces, deflections):
     else:
         found = f"field 'deflections': found {deflections.tolist()} mm"
     return InputError(
-        f"{found}, which turn the sheet up to a right angle or beyond; give less"
+        f"{found}, which bend the sheet to a right angle or beyond; give smaller values"
     )
 
 
 def _nodes(places):
-    """x and weights (k, N_NODES) of the quadrature from each place to the next."""
+    """x and weights (k, N_NODES) of the quadrature from each position to the next."""
     node, weight = np.polynomial.legendre.leggauss(N_NODES)
     first = np.concatenate([[0.0], places[:-1]])
     half = (places - first)[:, None] / 2
@@ -297,8 +297,8 @@ def _nodes(places):
 
 
 def _reached(places, forces):
-    """Lengths and heights (2 k,) up to the places, and their derivatives (2 k, 2 k)
-    by places and forces."""
+    """Lengths and heights (2 k,) up to the positions, and their derivatives (2 k, 2 k)
+    by positions and forces."""
     x, weight = _nodes(places)
     ways = np.minimum(x[..., None], places)
     by_force = ways * (places - ways / 2)

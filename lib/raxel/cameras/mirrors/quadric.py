@@ -1,4 +1,4 @@
-"""Catadioptric camera from its geometry: a viewer and a quadric mirror (2.2.3)."""
+"""Catadioptric camera from its geometry: a viewing camera, a quadric mirror (2.2.3)."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from raxel.cameras.mirrors.curved import MirrorCamera, checked_viewer
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
-# Mirrors whose surface is a conic turned about its axis: hit, reflect, parametrise.
-# One formula holds for all of them. In the mirror's frame, with the apex at the
+# Mirrors whose surface is a conic of revolution: intersection, reflection, chart. One
+# formula describes all of them. In the mirror's frame, with the apex at the
 # origin and the axis along +z into the curve, x^2 + y^2 = 2 R z - kappa z^2, kappa =
 # 1 - e^2, R the radius of curvature at the apex and e the eccentricity: 0 for a
 # sphere, below 1 for a prolate ellipsoid, 1 for a paraboloid, above 1 for a
@@ -40,9 +40,9 @@ SHAPES = {
     "sphere": ("R",),
 }
 SIDES = ("outside", "inside")
-# Rounding of a length relative to the mirror's size, so that its rim is part of it.
+# Rounding tolerance relative to the mirror's size, so that its edge is part of it.
 EDGE_TOL = 1e-12
-# Along a leaving ray, in radii of curvature: nearer hits are the point it leaves.
+# Along a reflected ray, in radii of curvature: closer hits are the point it leaves.
 MIN_HIT_RADII = 1e-9
 
 
@@ -55,13 +55,13 @@ class Reflection(NamedTuple):
 
 
 class ConicMirror:
-    """The part of the surface up to a rim, silvered on one side.
+    """Part of the surface up to an edge, silvered on one side.
 
     shape and axes: 'hyperboloid' (a, b) with z^2/a^2 - r^2/b^2 = 1 about its middle;
     'ellipsoid' (a, b), a > b, with z^2/a^2 + r^2/b^2 = 1; 'paraboloid' (f,), its focal
     length; 'sphere' (R,). rim_radius, hole_radius: distances from the axis, mm; no
-    mirror goes beyond its widest circle. side: 'outside' (convex) or 'inside'.
-    Raises InputError naming the field that no mirror can have.
+    mirror extends beyond its widest circle. side: 'outside' (convex) or 'inside'.
+    Raises InputError naming the invalid field.
     """
 
     def __init__(self, shape, axes, rim_radius, hole_radius, side):
@@ -71,8 +71,8 @@ class ConicMirror:
         self.hole = float(checked_array("hole_radius", hole_radius, ()))
         if not 0 <= self.hole < self.rim:
             raise InputError(
-                f"field 'hole_radius': found {hole_radius}; it must be at least 0 and "
-                f"less than the rim, {self.rim:g} mm"
+                f"field 'hole_radius': found {hole_radius}; give at least 0 and less "
+                f"than the rim radius, {self.rim:g} mm"
             )
         self.height = self.rim * self.slope_at(self.rim)
         stretch = (1 + self.eccentricity) / self.kappa if self.kappa else math.inf
@@ -83,8 +83,8 @@ class ConicMirror:
         widest = self.radius / math.sqrt(self.kappa) if self.kappa > 0 else math.inf
         if rim > widest * (1 + EDGE_TOL):
             raise InputError(
-                f"field 'rim_radius': found {rim_radius}; the surface is only "
-                f"{widest:g} mm wide from its axis"
+                f"field 'rim_radius': found {rim_radius}; give at most {widest:g} mm, "
+                "the radius of the surface"
             )
         return rim
 
@@ -99,7 +99,7 @@ class ConicMirror:
         return x * x + y * y - z * (2 * self.radius - self.kappa * z)
 
     def encloses(self, points):
-        """Whether points (N, 3) lie within the surface, where its foci may be."""
+        """Whether points (N, 3) are within the surface, where its foci may be."""
         beyond = points[:, 2] > 0
         return beyond & (self.depth(points) < 0)
 
@@ -110,10 +110,10 @@ class ConicMirror:
         return -out if self.inside else out
 
     def reflect(self, origins, directions):
-        """Meet rays with the mirror and turn them: exact to rounding.
+        """Intersect rays with the mirror and reflect them: exact to rounding.
 
-        origins, directions: (N, 3), the latter unit. Not valid where the first part of
-        the mirror met is its back, or the ray meets the mirror again after leaving.
+        origins, directions: (N, 3), the latter unit. Not valid where a ray first meets
+        the back of the mirror, or meets the mirror again after the reflection.
         """
         shape = self.radius, self.kappa, self.hole, self.rim, self.height
         rays = (np.ascontiguousarray(a, float) for a in (origins, directions))
@@ -142,7 +142,7 @@ class ConicMirror:
 
     @property
     def chart_extent(self):
-        """|p| at the rim."""
+        """|p| at the edge."""
         if self.kappa <= 0:
             return self.rim / (2 * self.radius)
         return self.slope_at(self.rim)
@@ -197,7 +197,7 @@ class ConicMirror:
 @numba.njit(cache=True, error_model="numpy")
 def _reflected(origins, directions, shape, inside):
     """`Reflection` of rays (N, 3), (N, 3) on a mirror of `shape`: radius, kappa, radii
-    of hole and rim, height."""
+    of hole and edge, height."""
     radius = shape[0]
     points, leaving = np.full((2, len(origins), 3), np.nan)
     valid = np.zeros(len(origins), np.bool_)
@@ -248,7 +248,7 @@ def _meetings(ox, oy, oz, dx, dy, dz, shape):
 
 @numba.njit(cache=True, error_model="numpy")
 def _carries(x, y, z, shape):
-    """Whether a point of the quadric lies between hole and rim of the mirror."""
+    """Whether a point of the quadric is between hole and edge of the mirror."""
     _, _, hole, rim, height = shape
     across, scale = math.hypot(x, y), EDGE_TOL * rim
     # A second sheet, or the far half of an ellipsoid, is as wide.
@@ -263,8 +263,8 @@ def conic_of(shape, axes):
     axes = checked_array("axes", listed, (None,))
     if len(axes) != len(names) or not ((axes > MIN_SCALE) & (axes < MAX_SCALE)).all():
         raise InputError(
-            f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
-            f"({', '.join(names)}) in mm"
+            f"field 'axes': found {axes.tolist()}; give positive ({', '.join(names)}) "
+            f"in mm for the {shape}"
         )
     if shape == "sphere":
         return axes[0], 0.0, 1.0
@@ -275,15 +275,15 @@ def conic_of(shape, axes):
         return b * b / a, math.hypot(a, b) / a, -((b / a) ** 2)
     if not a > b:
         raise InputError(
-            f"field 'axes': found {axes.tolist()}; the ellipsoid's a must exceed b, "
-            "so that its foci lie on the axis"
+            f"field 'axes': found {axes.tolist()}; give an ellipsoid with a above b "
+            "(foci on the axis)"
         )
     return b * b / a, math.sqrt((a - b) * (a + b)) / a, (b / a) ** 2
 
 
-# How far from the focus, mm, a viewer may be and still make a central camera.
+# Maximum distance of the viewer from the focus in a central camera.
 FOCUS_TOL_MM = 1e-9
-# Which way the mirror's axis +z (into the curve) points in an aligned viewer's frame.
+# Direction of the mirror's axis +z (into the curve) in an aligned viewer's frame.
 AXIS_ROTATIONS = {"outside": np.eye(3), "inside": np.diag([1.0, -1.0, -1.0])}
 
 
@@ -372,7 +372,7 @@ class QuadricMirrorCamera(MirrorCamera):
             Camera.
         """
         side = optional.get("side") or usual_side(shape)
-        # A side that is neither is refused by the constructor, with its reason.
+        # The constructor rejects an unknown side, with the reason.
         T = pose(AXIS_ROTATIONS.get(side, AXIS_ROTATIONS["outside"]), [0, 0, distance])
         return cls(viewer, shape, axes, rim_radius, T, **optional)
 
@@ -412,8 +412,8 @@ class QuadricMirrorCamera(MirrorCamera):
         mirror = ConicMirror(shape, axes, rim_radius, 0.0, side)
         if isinstance(viewer, OrthographicCamera) != (shape == "paraboloid"):
             raise InputError(
-                f"field 'viewer': found {viewer.kind!r} with a {shape}; a paraboloid "
-                "needs an orthographic viewer to be central, other mirrors do not"
+                f"field 'viewer': found {viewer.kind!r} with a {shape}; give an "
+                "orthographic viewer for a paraboloid, and only for that"
             )
         if shape == "sphere" or (shape, side) == ("ellipsoid", "outside"):
             raise InputError(
@@ -476,10 +476,11 @@ class QuadricMirrorCamera(MirrorCamera):
 
     @property
     def parameters(self) -> int:
-        """Viewer, axes and pose. A turn about the axis of the mirror is none.
+        """Viewer, axes and pose, without a rotation about the axis of the mirror.
 
-        A central camera has two left of its pose: tilts, or shifts across parallel
-        rays. Nor do turns of a sphere count, or shifts along parallel rays.
+        A central camera has two parameters of its pose: tilts, or shifts across
+        parallel rays. Rotations of a sphere and shifts along parallel rays do not
+        count.
         """
         free = 3 if self.shape == "sphere" else 5
         free = 2 if self.central else free - self._parallel
@@ -529,8 +530,8 @@ class QuadricMirrorCamera(MirrorCamera):
         apex = self.T_viewer_mirror[:3, 3]
         if not apex[2] > 0:
             raise InputError(
-                f"field 'T_viewer_mirror': the mirror's apex is at z = {apex[2]:g} mm, "
-                "behind the viewer; z must be positive"
+                f"field 'T_viewer_mirror': the mirror's apex is behind the viewer (z = "
+                f"{apex[2]:g} mm); give a positive z"
             )
         if self._parallel:
             wrong = (self._axis[2] > 0) == self.mirror.inside
@@ -540,12 +541,12 @@ class QuadricMirrorCamera(MirrorCamera):
             wrong = self.mirror.encloses(self._eye[None])[0]
         if wrong:
             raise InputError(
-                "field 'T_viewer_mirror': the viewer is behind the mirror's silvered "
-                f"side, which is its {self.side}; turn or move the mirror"
+                "field 'T_viewer_mirror': the viewer is not on the silvered side, "
+                f"which is the {self.side}; rotate or move the mirror"
             )
 
     def _effective_focus(self):
-        """The focus all rays point to, in the mirror's frame, or None."""
+        """Focus of all rays, in the mirror's frame, or None."""
         near, far = self.mirror.foci
         if self._parallel:
             tilt = np.hypot(*self._axis[:2]) * self.mirror.radius

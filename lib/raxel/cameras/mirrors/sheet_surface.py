@@ -1,6 +1,6 @@
-"""A bent sheet of mirror whose height is a polynomial: hit, reflect, parametrise.
+"""Bent mirror sheet with a polynomial height: intersection, reflection, chart.
 
-In the mirror's frame the flat sheet lies in the plane z = 0 about the origin. Bent, it
+In the mirror's frame the flat sheet is in the plane z = 0 about the origin. Bent, it
 is at
     z(x, y) = sum over i, j of h_ij (x / X)^i (y / Y)^j,
 X and Y half its width and height; light comes from the side of negative z. Lengths
@@ -14,13 +14,13 @@ from raxel.cameras.core.base import checked_array, checked_positive
 from raxel.cameras.mirrors.quadric import Reflection
 from raxel.errors import InputError
 
-# Newton's steps from the flat sheet to the bent one, and the share of the half
-# diagonal at which they have arrived.
+# Newton steps from the flat sheet to the bent one, and relative tolerance, over half
+# of the diagonal.
 MAX_N_STEPS, STEP_TOL = 60, 1e-13
-# A sheet's own polynomial is trusted this far beyond its border.
+# Domain of a sheet's polynomial, over half of its sides.
 MAX_EXTRAPOLATION = 1.5
 EDGE_TOL = 1e-12
-# Steeper sheets may be met by a ray more than once.
+# Rays may meet steeper sheets more than once.
 MAX_SLOPE = 1.0
 GRID_SIZE = 33
 
@@ -28,12 +28,12 @@ GRID_SIZE = 33
 class SheetMirror:
     """size: (width, height), mm; heights: (n, m) coefficients h_ij, mm, i along x.
 
-    Raises InputError naming the field that no mirror can have, also for a sheet that
-    somewhere is steeper than 45 degrees.
+    Raises InputError naming the invalid field, also for a sheet that is steeper than 45
+    degrees anywhere.
     """
 
-    # The search for reflections starts as on a mirror that bulges towards the light
-    # where `inside` is False; a sheet may do both.
+    # With `inside` False the search for reflections starts as on a convex mirror; a
+    # sheet may have both kinds of areas.
     inside = True
 
     def __init__(self, size, heights):
@@ -50,8 +50,8 @@ class SheetMirror:
         if slope > MAX_SLOPE:
             steep = np.degrees(np.arctan(slope))
             raise InputError(
-                f"field 'heights': the sheet is up to {steep:.0f} degrees steep; 45 "
-                "is the most"
+                f"field 'heights': the sheet is up to {steep:.0f} degrees steep; give "
+                "at most 45"
             )
 
     def _value(self, dx, dy, x, y):
@@ -71,11 +71,11 @@ class SheetMirror:
             return np.all(np.abs(points[:, :2]) <= self.half * (1 + EDGE_TOL), axis=1)
 
     def reflect(self, origins, directions):
-        """Meet rays with the sheet and turn them: exact to rounding.
+        """Intersect rays with the sheet and reflect them: exact to rounding.
 
-        origins, directions: (N, 3), the latter unit. Not valid where a ray comes from
-        behind. The sheet is too flat for a second reflection by more than a grazing
-        ray; such a ray is not looked for.
+        origins, directions: (N, 3), the latter unit. Not valid for rays from behind.
+        The sheet is too flat for a second reflection except of a grazing ray, which is
+        neglected.
         """
         points, met = self._meetings(origins, directions)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -151,17 +151,17 @@ def _derivatives(heights, half):
     return found
 
 
-# What a cheap sheet of mirror has besides its bending: waves, and strained edges.
-# Both are heights over the bent sheet, so small that the length which they add (the
+# Unevenness of a low-cost mirror sheet in addition to its bending: waves, and strained
+# edges. Both are heights over the bent sheet, so small that the additional length (the
 # square of their slope) is neglected. They are multiplied by 1 - exp(-(x /
-# CLAMP_TRANSITION_MM)^2): the clamp presses the sheet flat, so they vanish there with their
-# slope.
+# CLAMP_TRANSITION_MM)^2): the clamp presses the sheet flat, so they vanish there with
+# their slope.
 
 
-# How far from the clamp the sheet is free again, mm.
+# Distance from the clamp at which its effect ends.
 CLAMP_TRANSITION_MM = 15.0
 N_WAVES = 4
-# Nodes on which the RMS of the waves over the sheet is taken.
+# Nodes for the RMS of the waves over the sheet.
 N_NODES = (97, 65)
 
 
@@ -171,9 +171,9 @@ class Unevenness:
     aberration: RMS of the waves over the sheet, mm, after the clamp's flattening;
     wavelengths: (least, greatest), mm: N_WAVES plane waves of equal height with lengths
     drawn evenly between them, in directions and phases drawn evenly, from `seed`. The
-    waves lie over x and y in the mirror's frame.
+    waves are functions of x and y in the mirror's frame.
     strain: height of the three free edges, mm, falling off as exp(-distance / reach);
-    beyond an edge, where no sheet is, as the first terms of that function's series.
+    beyond an edge, outside the sheet, as the first terms of that function's series.
     Raises InputError naming the field.
     """
 
@@ -186,12 +186,12 @@ class Unevenness:
         self.seed = _checked_seed(seed)
         if self.aberration < 0:
             raise InputError(
-                f"field 'aberration': found {aberration}; give an RMS, mm, not negative"
+                f"field 'aberration': found {aberration}; give an RMS of 0 mm or more"
             )
         if self.wavelengths[0] > self.wavelengths[1]:
             raise InputError(
                 f"field 'wavelengths': found {self.wavelengths.tolist()}; give the "
-                "least first, then the greatest"
+                "smallest first, then the largest"
             )
         rng = np.random.default_rng(self.seed)
         length = rng.uniform(*self.wavelengths, N_WAVES)
@@ -209,7 +209,7 @@ class Unevenness:
 
     @property
     def flat(self):
-        """Whether there is no unevenness at all."""
+        """Whether there is no unevenness."""
         return not (self.aberration or self.strain)
 
     def at(self, x, y):
@@ -259,7 +259,7 @@ class Unevenness:
 
 
 def flattened(x, heights):
-    """Heights (6, N), as `Unevenness.at` has them, pressed flat next to the clamp."""
+    """Heights (6, N), as from `Unevenness.at`, pressed flat next to the clamp."""
     place = x / CLAMP_TRANSITION_MM
     bell = np.exp(-(place**2))
     free, rise = 1 - bell, 2 * place * bell / CLAMP_TRANSITION_MM

@@ -1,4 +1,4 @@
-"""Non-central camera: a viewer before a mirror whose shape is a spline (5.1.1)."""
+"""Non-central camera: a viewing camera and a mirror with a spline shape (5.1.1)."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from raxel.cameras.mirrors.quadric import Reflection
 from raxel.errors import InputError
 from raxel.geometry.spline_grids import SplineGrid
 
-# A mirror as a spline over the viewer's picture: surface, derivatives, reflection.
-# The viewer's centre is the origin, and p = (x, y) of a viewing ray w = (x, y, 1) are
-# its normalised image coordinates. Two quantities may be the spline q(p): distance S
-# = q w / |w| (5.3), as published inverse depth S = w / q, exactly linear in p for a
-# flat mirror Either makes the depth S_z, or one over it, linear in the coefficients,
-# and so the normal. Lengths are mm.
+# Mirror as a spline over the viewer's image: surface, derivatives, reflection. The
+# viewer's centre is the origin, and p = (x, y) of a viewing ray w = (x, y, 1) are its
+# normalised image coordinates. Two quantities may be the spline q(p): distance S = q w
+# / |w| (5.3), as published; inverse depth S = w / q, exactly linear in p for a flat
+# mirror. In both cases the depth S_z, or its inverse, is linear in the coefficients,
+# and so is the normal. Lengths are mm.
 
 
 QUANTITIES = ("distance", "inverse depth")
-# Places along each side at which a mirror is looked at.
+# Points per side at which a mirror is checked.
 N_CHECK_POINTS = 13
 
 
@@ -61,8 +61,9 @@ def normal_rows(p, rows, quantity):
 class SplineMirror:
     """grid: SplineGrid; coefficients: (K,), index i + Kf * j; quantity: see above."""
 
-    # The search for reflections starts where a coarse look finds the bisector nearest
-    # to the normal; on bent sheets more starts found no more, in ten times as long.
+    # The search for reflections starts at the coarse minimum of the angle between
+    # bisector and normal; more starts found no more on bent sheets, in ten times as
+    # long.
     inside = False
 
     def __init__(self, grid, coefficients, quantity):
@@ -82,7 +83,7 @@ class SplineMirror:
         if not (q > 0).all():
             raise InputError(
                 f"field 'coefficients': the {self.quantity} falls to {q.min():.3g}; "
-                "all of the mirror must lie before the viewer"
+                "give a mirror entirely in front of the viewer"
             )
         return self.points(p)
 
@@ -122,7 +123,7 @@ class SplineMirror:
         return -self._normals(_normalised(points))
 
     def reflect(self, origins, directions):
-        """Turn the viewer's rays at the mirror: exact to rounding.
+        """Reflect the viewer's rays at the mirror: exact to rounding.
 
         origins: (N, 3), all zero, the viewer's centre; directions: (N, 3). Not valid
         outside the box of the knots.
@@ -239,8 +240,8 @@ class SplineMirrorCamera(MirrorCamera):
         self.grid = SplineGrid(knots_u, knots_v, degree, angle)
         if min(self.grid.degree) < 2:
             raise InputError(
-                f"field 'degree': found {self.grid.degree}; a mirror needs 2 or more "
-                "each way, or its rays jump at the knots"
+                f"field 'degree': found {self.grid.degree}; give 2 or more along both "
+                "axes (otherwise rays jump at the knots)"
             )
         self.quantity = checked_word("quantity", quantity, QUANTITIES)
         self.coefficients = checked_array("coefficients", coefficients, self.grid.shape)
@@ -248,8 +249,8 @@ class SplineMirrorCamera(MirrorCamera):
         self._place(viewer, mirror, np.eye(4))
         if isinstance(self.viewer, OrthographicCamera):
             raise InputError(
-                "field 'viewer': an orthographic camera; a spline over the picture "
-                "needs a central viewer"
+                "field 'viewer': found an orthographic camera; give a central viewer "
+                "for a spline over the image"
             )
 
     @classmethod
@@ -312,14 +313,14 @@ class SplineMirrorCamera(MirrorCamera):
         if rank < grid.size:
             raise InputError(
                 f"spline mirror: {len(found)} points inside the knots leave "
-                f"{grid.size - rank} of {grid.size} coefficients open; give more, or "
-                "fewer knots"
+                f"{grid.size - rank} of {grid.size} coefficients undetermined; give "
+                "more points, or fewer knots"
             )
         return cls.on_grid(viewer, grid, coefficients, quantity)
 
     @property
     def central(self) -> bool:
-        """False: a bent mirror sends the viewer's rays through no common point."""
+        """False: the rays from a bent mirror have no common point."""
         return False
 
     @property

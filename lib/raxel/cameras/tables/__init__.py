@@ -1,1 +1,1 @@
-"""Cameras without a formula: tables of rays, and smooth fields over an image."""
+"""Generic cameras: ray look-up tables, and B-spline ray fields over an image."""

@@ -1,9 +1,9 @@
-"""A pyramid of bounds over a ray table: which cells may see a point.
+"""Pyramid of bounds over a ray table: cells that may see a point.
 
-The bound of a group of rays is a cone, around an axis, that holds every direction, and
-a ball that holds every origin. A point P at distance L from the centre of the ball can
-only be met if the angle between the axis and the direction to P is at most the angle
-of the cone plus arcsin(radius of the ball / L).
+The bound of a group of rays is a cone around an axis that contains every direction, and
+a ball that contains every origin. A point P at distance L from the centre of the ball
+can only be met if the angle between the axis and the direction to P is at most the
+angle of the cone plus arcsin(radius of the ball / L).
 """
 
 from typing import NamedTuple
@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-# Cells along each side of the groups at the foot of the pyramid.
+# Cells along each side of the groups at the lowest level of the pyramid.
 GROUP_SIDE = 4
-# Room for rounding, in radians.
+# Rounding tolerance.
 ANGLE_TOL_RAD = 1e-9
 
 
@@ -29,7 +29,8 @@ class Bounds(NamedTuple):
 
 
 class BoundPyramid:
-    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells, then of 2 x 2 groups, up to the whole."""
+    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells, then of 2 x 2 groups, up to
+    one."""
 
     def __init__(self, table):
         self._table = table
@@ -42,7 +43,7 @@ class BoundPyramid:
         """All pairs (point, cell) that the bounds cannot exclude.
 
         points: (N, 3). Returns index of the point, u and v of the cell's upper left
-        pixel, each (M,). The bounds of single cells are taken on the way.
+        pixel, each (M,). The bounds of single cells are computed on the fly.
         """
         who = np.arange(len(points))
         u = v = np.zeros(len(points), int)
@@ -97,7 +98,7 @@ def _holds(bound, point):
 
 @numba.njit(cache=True)
 def _foot(directions, origins, height, width):
-    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells; they share the pixels of their borders."""
+    """Bounds of groups of GROUP_SIDE x GROUP_SIDE cells, which share border pixels."""
     rows, columns = -(-(height - 1) // GROUP_SIDE), -(-(width - 1) // GROUP_SIDE)
     axis, angle = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
     central = len(origins) == 1
@@ -123,8 +124,7 @@ def _foot(directions, origins, height, width):
 
 @numba.njit(cache=True)
 def _enclosed(directions, origins, width, ends):
-    """Bound of the rays of pixels from a row and a column to others; NaN ones do not
-    count."""
+    """Bound of the rays of pixels from a row and a column to others, without NaN."""
     top, down, left, right = ends
     last = len(origins) - 1
     x = y = z = a = b = c = 0.0
@@ -150,8 +150,8 @@ def _enclosed(directions, origins, width, ends):
             if np.isfinite(directions[at, 0]):
                 angle = max(angle, _angle((x, y, z), _three(directions[at])))
                 reach = max(reach, _distance(_three(origins[min(at, last)]), centre))
-    # Interpolated directions lie in the hull of their corners, which a cone is sure
-    # to hold only while it is narrower than a half-space.
+    # Interpolated directions are in the hull of their corners, which a cone contains
+    # only while it is narrower than a half-space.
     if not angle < np.pi / 2:
         angle = np.pi
     return (x, y, z), angle, centre, reach

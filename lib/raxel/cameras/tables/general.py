@@ -24,18 +24,17 @@ from raxel.cameras.tables.ray_spline import RayTable
 from raxel.errors import InputError
 from raxel.geometry.planes import pluecker_matrix_of_rays
 
-# From points to pixels of a general camera: the inverse of its interpolation. A point
-# P is seen at (s, t) of a cell when the interpolated ray passes through it: (P - o(s,
-# t)) x d(s, t) = 0, two independent equations, solved by Newton's method. Most points
-# are found by a walk: it starts in the cell whose direction is nearest (a tree over a
-# coarse grid of cells), and each Newton step may enter a neighbouring cell. A walk
-# can be stopped by a hole in the table. Whatever it did not find is searched for
-# completely, in a pyramid of bounds: each node holds a cone of directions and a ball
-# of origins that enclose all rays below it, so no cell that sees the point is passed
-# over.
+# Points to pixels of a general camera: the inverse of its interpolation. A point P is
+# seen at (s, t) of a cell when the interpolated ray passes through it: (P - o(s, t)) x
+# d(s, t) = 0, two independent equations, solved by Newton's method. A walk finds most
+# points: it starts in the cell with the nearest direction (a tree over a coarse grid of
+# cells), and each Newton step may enter a neighbouring cell. Holes in the table can
+# stop a walk. Remaining points are searched for completely, in a pyramid of bounds:
+# each node has a cone of directions and a ball of origins that enclose all rays below
+# it, so no cell that sees the point is missed.
 
 
-# Where Newton's method starts in a cell. The centre does, except where noise folds it.
+# Initial values of Newton's method in a cell: the centre, others for noisy cells.
 NEWTON_STARTS = ((0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
 MAX_N_COARSE_CELLS = 1 << 16
 SEARCH_BLOCK = 1 << 11
@@ -81,7 +80,7 @@ class TableInverse:
             self._eye = self._table.origins[v, u].mean(axis=0)
 
     def _walk(self, points):
-        """Newton's method across cells; NaN where it does not arrive."""
+        """Newton's method across cells; NaN without convergence."""
         table = self._table
         far = points - self._eye
         length = np.linalg.norm(far, axis=1, keepdims=True)
@@ -90,7 +89,7 @@ class TableInverse:
         return walked(points, start, *table.rows, table.width, table.height)
 
     def _search(self, points):
-        """The complete search, for the points on which the walk gave up."""
+        """Complete search, for points where the walk failed."""
         who, u, v = self._pyramid.cells(points)
         who, cells = self._solvable(who, u, v)
         place = np.full((len(who), 2), np.nan)
@@ -110,7 +109,7 @@ class TableInverse:
         return pixels
 
     def _solvable(self, who, u, v):
-        """Replace cells that miss a corner by the edges and pixels they do have."""
+        """Replace cells without a corner by their existing edges and pixels."""
         mask = self._table.mask
         have = np.stack(
             [mask[v, u], mask[v, u + 1], mask[v + 1, u], mask[v + 1, u + 1]]
@@ -187,32 +186,32 @@ class GeneralCamera(Camera):
         directions = np.array(directions, dtype=float)
         if directions.ndim != 3 or directions.shape[2] != 3:
             raise InputError(
-                f"field 'directions': shape {directions.shape} found; (height, width, "
-                "3) needed"
+                f"field 'directions': found shape {directions.shape}; give (height, "
+                "width, 3)"
             )
         shape = directions.shape[:2]
         check_size(self, shape[1], shape[0])
         if min(shape) < 2:
             raise InputError(
-                f"field 'directions': {shape[1]} x {shape[0]} pixels found; a table "
-                "needs two or more each way"
+                f"field 'directions': found {shape[1]} x {shape[0]} pixels; give two "
+                "or more along both axes"
             )
         mask = np.asarray(mask)
         if mask.shape != shape or mask.dtype != bool:
             raise InputError(
-                f"field 'mask': {mask.dtype} {mask.shape} found; bool {shape} needed"
+                f"field 'mask': found {mask.dtype} {mask.shape}; give bool {shape}"
             )
         origins = np.array(origins, dtype=float)
         if origins.shape not in ((3,), (*shape, 3)):
             raise InputError(
-                f"field 'origins': shape {origins.shape} found; (3,) or "
-                f"{(*shape, 3)} needed"
+                f"field 'origins': found shape {origins.shape}; give (3,) or "
+                f"{(*shape, 3)}"
             )
         if units not in ("mm", "pitch"):
             raise InputError(f"field 'units': found {units!r}; give 'mm' or 'pitch'")
         _normalise(directions, mask)
         _blank(origins, mask)
-        # The search structure would not notice a change.
+        # The search structure would not follow a change.
         directions.flags.writeable = origins.flags.writeable = False
         self.units = units
         self._table = RayTable(directions, origins)
@@ -293,7 +292,7 @@ class GeneralCamera(Camera):
             Rays of pixels by interpolation in the table.
         """
         pixels = as_rows(pixels, 2)
-        # One layout, as compiled loops are compiled for each.
+        # One memory layout, since compiled loops depend on it.
         pixels = np.array(pixels, order="C")
         size = self.width, self.height
         origins, directions = rays_at(pixels, *self._table.rows, *size)  # type: ignore[call-arg]
@@ -357,7 +356,7 @@ class GeneralCamera(Camera):
             if found.get(name, value) != value:
                 raise InputError(
                     f"field '{name}': found {value}, but the table has {found[name]}; "
-                    "save it anew"
+                    "save the file anew"
                 )
         return cls(
             file.table("directions", (height, width, 3)),
@@ -368,12 +367,12 @@ class GeneralCamera(Camera):
 
 
 def _meeting_point(camera, mask):
-    """The centre (3,) of a central camera that has rays at the pixels of a mask."""
+    """Centre (3,) of a central camera with rays at the pixels of a mask."""
     v, u = np.nonzero(mask)
     if not len(u):
         return np.zeros(3)
     rays = camera.rays(np.column_stack([u, v])[:: 1 + len(u) // BLOCK].astype(float))
-    # Where a mirror is in the way rays start there, and only their lines meet.
+    # Rays may start on a mirror; then only their lines meet.
     at_centre = np.all(rays.origins == rays.origins[0])
     return rays.origins[0] if at_centre else closest_point(rays)
 
@@ -389,21 +388,21 @@ def _normalise(directions, mask):
             v, u = np.argwhere(bad)[0]
             raise InputError(
                 f"field 'directions': {np.count_nonzero(bad)} rays near row {top + v} "
-                f"are zero or not finite, first at pixel ({u}, {top + v}); take them "
-                "out of the mask"
+                f"are zero or not finite, first at pixel ({u}, {top + v}); exclude "
+                "them in the mask"
             )
-        # Unit vectors stay as they are to the bit, so that save and load agree.
+        # Unit vectors stay bit-identical, so that save and load agree.
         length[np.abs(length - 1) < 1e-15] = 1.0
         length[~seen] = np.nan
         d /= length[..., None]
 
 
 def _blank(origins, mask):
-    """Check origins of the mask and put NaN outside it, in place."""
+    """Check origins of the mask and set NaN outside it, in place."""
     if origins.ndim == 1:
         if not (np.abs(origins) < MAX_ORIGIN).all():
             raise InputError(
-                f"field 'origins': found {origins}; it must be finite, below "
+                f"field 'origins': found {origins}; give finite values below "
                 f"{MAX_ORIGIN:g}"
             )
         return
@@ -411,8 +410,7 @@ def _blank(origins, mask):
     if bad.any():
         v, u = np.argwhere(bad)[0]
         raise InputError(
-            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite, "
-            f"or beyond {MAX_ORIGIN:g}, first at pixel ({u}, {v}); take them out of the "
-            "mask"
+            f"field 'origins': {np.count_nonzero(bad)} of the mask are not finite or "
+            f"above {MAX_ORIGIN:g}, first at pixel ({u}, {v}); exclude them in the mask"
         )
     origins[~mask] = np.nan

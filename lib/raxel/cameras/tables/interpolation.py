@@ -1,9 +1,9 @@
 """Rays between the pixel centres of a table, and Newton's method on them, compiled.
 
 A table comes as its directions (H * W, 3), its origins (H * W, 3), or (1, 3) where all
-rays begin at one point, and its width W. A cell is named by its upper left pixel (u, v)
-and by how far it reaches right and down, 1 or 0: one that is 0 wide or 0 high is an
-edge or a single pixel. At (s, t) in [0, 1]^2 of a cell, directions and origins are
+rays have one origin, and its width W. A cell is named by its upper left pixel (u, v)
+and by its extent to the right and down, 1 or 0: one of width or height 0 is an edge or
+a single pixel. At (s, t) in [0, 1]^2 of a cell, directions and origins are bilinear.
 bilinear.
 """
 
@@ -15,14 +15,13 @@ import numba
 import numpy as np
 
 # Smooth fields over an image: uniform tensor-product cubic B-splines. Cells of
-# `spacing` px each way start at the image's corner (-0.5, -0.5). A position in cell
-# (i, j), at the share s and t of it, has of each of 4 x 4 control values the share
-# b_k(t) b_l(s), with control value (j + k, i + l): b(t) = (1 - t)^3 / 6, (3 t^3 - 6
-# t^2 + 4) / 6, (-3 t^3 + 3 t^2 + 3 t + 1) / 6, t^3 / 6. Beyond the control values the
-# field is zero, and reaches it smoothly.
+# `spacing` px start at the image's corner (-0.5, -0.5). At a position in cell (i, j),
+# at the fractions s and t of it, control value (j + k, i + l) of the 4 x 4 has the
+# weight b_k(t) b_l(s): b(t) = (1 - t)^3 / 6, (3 t^3 - 6 t^2 + 4) / 6, (-3 t^3 + 3 t^2 +
+# 3 t + 1) / 6, t^3 / 6. The field decreases smoothly to zero outside the control
+# values.
 
-
-# Newton's steps end here: relative to the position, px, and at most so many.
+# Relative tolerance of Newton's method, px, and maximum number of steps.
 ROUNDING_TOL, MAX_N_STEPS = 4e-16, 100
 
 
@@ -55,14 +54,14 @@ def field_at(pixels, control, spacing):
 def undisplaced(targets, control, spacing):
     """Pixels p (N, 2) with p + field(p) = target, for targets (N, 2).
 
-    There is one, and it is found to rounding, where `steepest` is below 1. NaN for
+    The solution is unique, and exact to rounding, where `steepest` is below 1. NaN for
     targets that are not finite.
     """
     return _undisplaced(np.ascontiguousarray(targets), control, float(spacing))
 
 
 def shares(pixels, shape, spacing):
-    """What part each control value has in the field at pixels (N, 2).
+    """Weight of each control value in the field at pixels (N, 2).
 
     shape: (rows, columns). Returns indices (N, 16) of control values, row by row, and
     shares (N, 16), zero for those that do not exist.
@@ -83,10 +82,10 @@ def shares(pixels, shape, spacing):
 
 
 def steepest(control, spacing):
-    """A bound on how fast the field changes, px per px, in any direction."""
+    """Upper bound of the field's slope, px per px, in any direction."""
     framed = np.pad(control, ((1, 1), (1, 1), (0, 0)))
     by_axis = [np.diff(framed, axis=axis) / spacing for axis in (1, 0)]
-    # A slope is a mean of differences of neighbours, weighted with shares.
+    # A slope is a weighted mean of differences of neighbours.
     largest = [np.linalg.norm(d, axis=-1).max() for d in by_axis]
     return float(np.hypot(*largest))
 
@@ -122,7 +121,7 @@ def _one(u, v, control, spacing, b, out):
     out[:] = 0.0
     rows, columns, _ = control.shape
     x, y = (u + 0.5) / spacing, (v + 0.5) / spacing
-    # Far outside there is nothing, and no whole number for the cell.
+    # Far outside the field is zero, and the cell index would overflow.
     if not (-4 < x < columns and -4 < y < rows):
         if not (np.isfinite(u) and np.isfinite(v)):
             out[:] = np.nan
@@ -157,8 +156,8 @@ def _field_at(pixels, control, spacing):
 
 @numba.njit(cache=True)
 def _undisplaced(targets, control, spacing):
-    """Newton's steps; one that does not halve the miss gives way to a plain step,
-    p = target - field(p), which always comes nearer where slopes are below 1."""
+    """Newton steps; one that does not halve the residual is replaced by a fixed-point
+    step, p = target - field(p), which always converges for slopes below 1."""
     pixels = np.empty(targets.shape)
     b, out = np.empty((4, 4)), np.empty(6)
     for n in range(len(targets)):
@@ -186,12 +185,12 @@ def _undisplaced(targets, control, spacing):
 
 
 MAX_N_ROUNDS = 20
-# In pixels: a step this small ends the iteration, and a cell reaches this far over its
-# border, so that rounding cannot lose a point between two cells.
+# In pixels: step at convergence, and extension of a cell over its border, so that
+# rounding cannot lose a point between two cells.
 STEP_TOL_PX = 1e-10
-# Sine of the angle by which a ray may miss its point. Rounding alone stays below it.
+# Sine of the angle by which a ray may miss its point; rounding alone is below it.
 MAX_MISS_SINE = 1e-11
-# How far outside a cell Newton's method may look, in cells.
+# Range of Newton's method outside a cell, in cells.
 MAX_OUTSIDE_CELLS = 1.0
 
 
@@ -199,7 +198,7 @@ MAX_OUTSIDE_CELLS = 1.0
 def rays_at(pixels, directions, origins, width, height):
     """Origins and unit directions (N, 3) at pixels (N, 2), NaN where there is no ray.
 
-    A neighbour with no part in the sum is not looked at.
+    Neighbours with zero weight are not read.
     """
     found_o = np.full((len(pixels), 3), np.nan)
     found_d = np.full((len(pixels), 3), np.nan)
@@ -224,7 +223,7 @@ def rays_at(pixels, directions, origins, width, height):
 def walked(points, places, directions, origins, width, height):
     """Pixels (N, 2) at which points (N, 3) are seen, by Newton's method across cells.
 
-    places: (N, 2), where it starts. NaN where it does not arrive.
+    places: (N, 2), initial values. NaN without convergence.
     """
     found = np.full(places.shape, np.nan)
     for i in range(len(points)):
@@ -253,8 +252,8 @@ def walked(points, places, directions, origins, width, height):
 def within_cells(points, cells, start, directions, origins, width):
     """Pixels (N, 2) at which each point (N, 3) is seen in a cell of its own.
 
-    cells: (N, 4) int, u, v, right and below; start: where Newton's method begins, as a
-    share of the cell. NaN where it leads out.
+    cells: (N, 4) int, u, v, right and below; start: initial value of Newton's method,
+    as a fraction of the cell. NaN for results outside.
     """
     found = np.full((len(points), 2), np.nan)
     for i in range(len(points)):
@@ -280,7 +279,7 @@ def within_cells(points, cells, start, directions, origins, width):
 @numba.njit(cache=True, error_model="numpy")
 def _newton(point, directions, origins, corners, s, t):
     """Newton step towards the ray through a point; and whether the ray after a small
-    step meets the point, ahead of its origin."""
+    step meets the point, in front of its origin."""
     d, d_s, d_t = _bilinear(directions, corners, s, t)
     o, o_s, o_t = _bilinear(origins, corners, s, t)
     far = (point[0] - o[0], point[1] - o[1], point[2] - o[2])
@@ -293,7 +292,7 @@ def _newton(point, directions, origins, corners, s, t):
     miss_t = _less(_cross(far, d_t), _cross(_over(o_t, length), d))
     ss, tt, st = _dot(miss_s, miss_s), _dot(miss_t, miss_t), _dot(miss_s, miss_t)
     gs, gt = _dot(miss_s, miss), _dot(miss_t, miss)
-    # An edge has no extent one way, a single pixel neither way: no step there.
+    # An edge has no extent along one axis, a single pixel along both: no step there.
     if not ss > 0:
         ss = 1.0
     if not tt > 0:

@@ -1,11 +1,11 @@
-"""Any central camera: a lens formula, and a smooth field of what it leaves.
+"""Any central camera: a parametric model plus a smooth field of its residuals.
 
-A pixel p has the ray that another camera, the trend, has for p + s(p). The field s, in
-px, is a cubic B-spline (`raxel.cameras.tables.interpolation`). A formula takes care of
-what is large, even of the view beyond 180 degrees; the spline of what no formula knows.
-In px the field's errors are those of corners and decoded points, the same over the
-image and in all directions, whatever the lens does. A trend whose pupil moves lends
-that, too: then the camera is not central.
+A pixel p has the ray of another camera, the trend, at p + s(p). The field s, in px, is
+a cubic B-spline (`raxel.cameras.tables.interpolation`). The parametric model describes
+the large terms, also beyond 180 degrees, and the spline the remainder. In px the
+field's errors are those of corners and decoded points, the same over the image and in
+all directions for any lens. A trend with an entrance-pupil shift makes the camera
+non-central.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from raxel.cameras.tables.interpolation import (
 from raxel.errors import InputError
 from raxel.geometry.poses import inverse_pose, rotate, transform
 
-# The look-up table of a general camera and the interpolation between its cells.
+# Look-up table of a general camera with interpolation between its cells.
 
 
 class RayTable:
-    """One ray per pixel centre; a cell without a ray holds NaN.
+    """One ray per pixel centre; a cell without a ray contains NaN.
 
     directions: (H, W, 3) unit; origins: (3,) for a central camera or (H, W, 3);
     mask: (H, W) bool, which pixels have a ray.
-    Between pixel centres directions and origins are bilinear; the direction is then
-    normalised by whoever needs a unit vector.
+    Between pixel centres directions and origins are bilinear; callers normalise the
+    direction if they need a unit vector.
     """
 
     def __init__(self, directions, origins):
@@ -62,9 +62,9 @@ class RayTable:
         return self.directions.reshape(-1, 3), self.origins.reshape(-1, 3)
 
 
-# With steeper fields than this two pixels might share a ray.
+# With steeper fields two pixels might have the same ray.
 MAX_FIELD_SLOPE = 0.9
-STEP_PX = 0.01  # to each side, for how a ray turns with its pixel
+STEP_PX = 0.01  # to each side, for derivatives of a ray by its pixel
 
 
 class RaySplineCamera(Camera):
@@ -129,8 +129,9 @@ class RaySplineCamera(Camera):
         steep = steepest(self.control, self.spacing_px)
         if steep > MAX_FIELD_SLOPE:
             raise InputError(
-                f"field 'control': changes by up to {steep:.2g} px per px; above "
-                f"{MAX_FIELD_SLOPE} the image might fold, take a trend that is nearer"
+                f"field 'control': the field changes by up to {steep:.2g} px per px; "
+                f"give a closer trend, for at most {MAX_FIELD_SLOPE} (otherwise the "
+                "image may fold)"
             )
         cells = rows - 3, columns - 3
         covered = np.ones(cells, bool) if covered is None else np.asarray(covered)
@@ -142,7 +143,7 @@ class RaySplineCamera(Camera):
             self.covariance = np.array(covariance, float)
             _check_shape("covariance", self.covariance, nodes)
             if not np.isfinite(self.covariance).all():
-                raise InputError("field 'covariance': holds values that are not finite")
+                raise InputError("field 'covariance': values must be finite; fix them")
         T = np.eye(4) if T_camera_trend is None else T_camera_trend
         self.T_camera_trend = checked_rigid("T_camera_trend", T)
 
@@ -296,8 +297,8 @@ class RaySplineCamera(Camera):
 def _check_shape(name, array, shape):
     if array.shape != shape:
         raise InputError(
-            f"field '{name}': shape {array.shape} found; {shape} needed for this size "
-            "of image and these cells"
+            f"field '{name}': found shape {array.shape}; give {shape} for this size of "
+            "image and these cells"
         )
 
 
