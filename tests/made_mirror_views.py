@@ -76,7 +76,7 @@ def made_views(deflections=(0.0, 5.0), seed=0, far_mm=100.0):
 
 
 def _in_wide_pixels(picture):
-    """A PlatterPicture of the viewer with narrow pixels, as VIEWER takes it."""
+    """A FlatMirrorImage of the viewer with narrow pixels, as VIEWER takes it."""
 
     def wide(one):
         return one._replace(pixels=one.pixels / SHARE, sd=one.sd / SHARE)

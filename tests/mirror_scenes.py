@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from raxel.calibration.mirror.bundle import StageView
-from raxel.calibration.mirror.platter import PlatterPicture
+from raxel.calibration.mirror.platter import FlatMirrorImage
 from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.dense import dense_view
 from raxel.cameras import (
@@ -70,7 +70,7 @@ def platter_scene(rng=None, sd=0.0, places=1, pitch=10.0, grid_sd=None):
             board = view(VIEWER, T, boards, *cells, rng, sd)
             board.pixels[~free | ~VIEWER.in_image(board.pixels)] = np.nan
             grid = view(mirror, T_grid, monitor, *lit, rng, grid_sd)
-            pictures.append(PlatterPicture(board, grid, place, position))
+            pictures.append(FlatMirrorImage(board, grid, place, position))
     return pictures, grids
 
 

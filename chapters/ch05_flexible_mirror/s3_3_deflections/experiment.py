@@ -34,8 +34,8 @@ from chapters.shared.mirror import lattice as pixel_lattice
 from raxel.calibration import (
     BoardView,
     ClampPicks,
+    FlatMirrorImage,
     MirrorViews,
-    PlatterPicture,
     StepViews,
     calibrate_mirror,
     calibrate_primary,
@@ -244,7 +244,7 @@ def platter_images(scene, viewer, platter, bands, rng):
         flat_view(viewer, decoded(scene, camera, window, bands, k, rng))
         for k in range(len(scene.places))
     ]
-    return tuple(PlatterPicture(board, grid, 0, k) for k, grid in enumerate(grids))
+    return tuple(FlatMirrorImage(board, grid, 0, k) for k, grid in enumerate(grids))
 
 
 class PartOfRig(NamedTuple):

@@ -37,9 +37,9 @@ from chapters.shared.mirror import (
 )
 from chapters.shared.run_times import timed
 from raxel.calibration import (
-    FilmTracker,
     MirrorSettings,
     MirrorTracker,
+    VideoTracker,
     clamp_line,
     clamped,
     fixed_line,
@@ -256,7 +256,7 @@ def film_trial(condition, rng):
     first = taken[0].corners(np.where(seen[:, None], picked, np.nan))
     images = [whole_image(rig, one) for one in taken]
     tracker = tracker_of(film, first)
-    following = FilmTracker(tracker, images[0], first, board.columns, board.rows)
+    following = VideoTracker(tracker, images[0], first, board.columns, board.rows)
     frames = [frame(film, 0, tracker, images[0], first, tracker.follow(first))]
     for k in range(1, len(images)):
         corners, shape = following.follow(images[k])

@@ -48,7 +48,7 @@ from raxel.multiview import (
     conic_distances,
     facing_plane,
     fit_circle,
-    plane_picture,
+    plane_image,
     points_on_plane,
     shown_in_view,
     view_of_plane,
@@ -644,7 +644,7 @@ def laid_out(scene, camera, sight, image, sizes):
     board, pitch = scene.rig.board.points(), scene.rig.board.pitch_mm
     T = on_board(scene.rig, camera, sight).T_camera_board
     corner, size = board.min(axis=0) - pitch, np.ptp(board, axis=0) + 2 * pitch
-    return plane_picture(camera, image, T, corner, size, sizes.px_mm)[0]
+    return plane_image(camera, image, T, corner, size, sizes.px_mm)[0]
 
 
 def face_image_trial(condition, rng, errors, sizes):

@@ -17,8 +17,8 @@ from chapters.shared.mirror.images import platter_camera
 from chapters.shared.mirror.scores import angles_between
 from raxel.calibration import (
     BoardView,
+    FlatMirrorImage,
     MirrorSettings,
-    PlatterPicture,
     calibrate_zhang,
     clamp_line,
     fixed_line,
@@ -217,7 +217,7 @@ def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
         sure = np.full(len(board), errors.plate_sd_px)
         grid = np.full(len(points), sd_px)
         images.append(
-            PlatterPicture(
+            FlatMirrorImage(
                 BoardView(corners, board, *size, sd=sure),
                 BoardView(lit[known], points, len(points), 1, sd=grid),
                 0,

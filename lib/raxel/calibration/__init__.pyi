@@ -48,7 +48,7 @@ from .mirror.observations import lattice_of as lattice_of
 from .mirror.observations import magnification as magnification
 from .mirror.observations import normalised as normalised
 from .mirror.observations import on_one_lattice as on_one_lattice
-from .mirror.platter import PlatterPicture as PlatterPicture
+from .mirror.platter import FlatMirrorImage as FlatMirrorImage
 from .mirror.platter import flat_view as flat_view
 from .mirror.platter import grid_poses_in_platter as grid_poses_in_platter
 from .mirror.platter import platter_plane as platter_plane
@@ -79,8 +79,8 @@ from .mirror.stages import ClampPicks as ClampPicks
 from .mirror.stages import MirrorViews as MirrorViews
 from .mirror.stages import StepViews as StepViews
 from .mirror.stages import calibrate_mirror as calibrate_mirror
-from .mirror.track import FilmTracker as FilmTracker
 from .mirror.track import MirrorTracker as MirrorTracker
+from .mirror.track import VideoTracker as VideoTracker
 from .mirror.update import MirrorSettings as MirrorSettings
 from .mirror.update import linear_stage as linear_stage
 from .mirror.update import update_from_scene as update_from_scene

@@ -153,7 +153,7 @@ def homography_dlt(
     A = A.reshape(-1, 9)  # type: ignore[assignment]
     _, values, Vt = np.linalg.svd(np.linalg.qr(A, mode="r"))
     H = Vt[8].reshape(3, 3)
-    _refuse_degenerate(values[7] / values[0], H, 1e-12)
+    _check_degenerate(values[7] / values[0], H, 1e-12)
     return _denormalised(H, T_s, T_t)
 
 
@@ -430,7 +430,7 @@ def _denormalised(H, T_s, T_t):
     return H / np.linalg.norm(H)
 
 
-def _refuse_degenerate(ratio, H, floor):
+def _check_degenerate(ratio, H, floor):
     """Reject a larger null space, and the singular H of collinear target points."""
     values = np.linalg.svd(H, compute_uv=False)
     if not (ratio > floor and values[2] > floor * values[0]):

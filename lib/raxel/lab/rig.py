@@ -367,8 +367,8 @@ def rig_camera(path, data, field="camera"):
     """The camera of a section; complaints of its class get file and field."""
     if field.count(".") > MAX_NESTING_DEPTH:
         raise InputError(
-            f"{path}: {field}: a camera in {MAX_NESTING_DEPTH} others; give one nested less "
-            "deeply"
+            f"{path}: {field}: a camera in {MAX_NESTING_DEPTH} others; give one nested "
+            "less deeply"
         )
     fields = {}
     for name, entry in data.items():

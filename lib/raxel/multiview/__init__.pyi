@@ -13,7 +13,7 @@ from .motion_samples import relative_pose as relative_pose
 from .plane_points import circle_outline as circle_outline
 from .plane_points import facing_plane as facing_plane
 from .plane_points import measured_circle as measured_circle
-from .plane_points import plane_picture as plane_picture
+from .plane_points import plane_image as plane_image
 from .plane_points import points_on_plane as points_on_plane
 from .plane_points import shown_in_view as shown_in_view
 from .plane_points import view_of_plane as view_of_plane

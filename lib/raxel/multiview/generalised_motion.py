@@ -106,15 +106,15 @@ class MotionInformation(NamedTuple):
         return _root(self.covariance, slice(5, 6))
 
     @property
-    def scale_told(self) -> bool:
+    def scale_determined(self) -> bool:
         """Whether the rays determine the length to better than a third of itself."""
         return self.scale_sd < MAX_SCALE_SD_RATIO
 
     def __str__(self):
-        told = "told" if self.scale_told else "not told"
+        length = "determined" if self.scale_determined else "undetermined"
         return (
             f"rotation to {np.degrees(self.rotation_sd):.2g} deg, direction to"
-            f" {np.degrees(self.direction_sd):.2g} deg, length {told}: to"
+            f" {np.degrees(self.direction_sd):.2g} deg, length {length}: to"
             f" {100 * self.scale_sd:.2g} % of {self.baseline:.3g} mm"
         )
 
@@ -256,7 +256,7 @@ class GeneralisedPose(NamedTuple):
         return float(np.sqrt(np.trace(self.covariance[:3, :3])))
 
     @property
-    def scale_told(self) -> bool:
+    def scale_determined(self) -> bool:
         """Whether the length is determined to better than a third of itself."""
         return self.scale_sd < MAX_SCALE_SD_RATIO
 
@@ -312,7 +312,7 @@ def refine_generalised_pose(
 
 def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
     """GeneralisedPose from a start R, u about the centre of all MatchedRays."""
-    need_length(pairs, length)
+    check_length(pairs, length)
     used = pairs.of(inliers)
     if np.count_nonzero(inliers) < MIN_N_POSE_PAIRS:
         raise CalibrationError(
@@ -369,7 +369,7 @@ def described(pairs, inliers, R, u, margin, steps):
     )
 
 
-def need_length(pairs, length):
+def check_length(pairs, length):
     """Reject rays through one point without a length, and an invalid length."""
     if length is None and not pairs.spread:
         raise CalibrationError(
@@ -425,7 +425,7 @@ def generalised_pose(rays_1, rays_2, *, length=None):
     through one point without a length, and where the pairs do not determine the motion.
     """
     pairs = matched_rays(rays_1, rays_2, fewest=MIN_N_CENTRAL_PAIRS)
-    need_length(pairs, length)
+    check_length(pairs, length)
     found, turning = linear_motions(pairs, length), turning_pairs(pairs)
     R, u, margin = min(found, key=lambda motion: _rank(motion, pairs, turning))
     everything = np.ones(len(pairs.rays_1.origins), bool)
@@ -622,7 +622,7 @@ def generalised_pose_ransac(
     """
     checked_generator("motion", rng)
     pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE_SIZE)
-    need_length(pairs, length)
+    check_length(pairs, length)
     turning = turning_pairs(pairs)
 
     def propose(batch):
@@ -650,9 +650,9 @@ def generalised_pose_ransac(
             "increase the threshold",
             code="too-many-outliers",
         )
-    right = _need_right(errors(best[None])[0] < threshold**2)
-    _refuse_chance(best, turning, right, threshold, most_trials)
-    _refuse_turn(turning, right, threshold)
+    right = _check_inliers(errors(best[None])[0] < threshold**2)
+    _check_chance(best, turning, right, threshold, most_trials)
+    _check_rotation(turning, right, threshold)
     tried = _from_other_shifts(best, turning, right, length)
     cost = np.minimum(errors(tried), threshold**2).sum(axis=1)
     (R,), (u,) = _parted(tried[np.argmin(cost)][None])
@@ -661,20 +661,20 @@ def generalised_pose_ransac(
 
 def _with_its_inliers(pairs, turning, R, u, length, threshold):
     """GeneralisedPose after fits to inliers until they no longer change."""
-    right, told = None, False
+    right, determined = None, False
     for _ in range(MAX_N_ROUNDS):
         ahead = np.isfinite(squared_gaps(R[None], u[None], turning, threshold)[0])
         now = ahead & (np.abs(gaps(R, u, pairs)) < threshold)
         short = _before_origins(R, u, pairs)
         # With a determined length, few such points are outliers; many would be inliers
         # of a motion that is too short.
-        if told and short[now].sum() < MAX_BEHIND_FRACTION * now.sum():
+        if determined and short[now].sum() < MAX_BEHIND_FRACTION * now.sum():
             now &= ~short
         if np.array_equal(now, right):
             break
-        right = _need_right(now)
+        right = _check_inliers(now)
         found = adjusted(pairs, right, R, u, length)
-        told = found.scale_told
+        determined = found.scale_determined
         R, u = pairs.about_centre(found.T_2_1)
     return found
 
@@ -707,7 +707,7 @@ def _from_other_shifts(best, turning, right, length):
     return np.concatenate(found)
 
 
-def _refuse_chance(best, turning, right, threshold, most_trials):
+def _check_chance(best, turning, right, threshold, most_trials):
     """Reject a motion that fits randomly rematched pairs nearly as often.
 
     Source: Moisan and Stival 2004, doi:10.1023/B:VISI.0000013094.38752.54 (number of
@@ -738,7 +738,7 @@ def _refuse_chance(best, turning, right, threshold, most_trials):
         )
 
 
-def _refuse_turn(turning, right, threshold):
+def _check_rotation(turning, right, threshold):
     """Reject a pure rotation about the centre, which determines no shift."""
     own = turning.of(np.flatnonzero(right)[None])
     turn = best_turn(own.d_1, own.d_2)
@@ -751,7 +751,7 @@ def _refuse_turn(turning, right, threshold):
         )
 
 
-def _need_right(right):
+def _check_inliers(right):
     if np.count_nonzero(right) < SAMPLE_SIZE:
         raise CalibrationError(
             f"motion: at most {np.count_nonzero(right)} of {len(right)} pairs agree "

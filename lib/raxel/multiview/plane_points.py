@@ -308,7 +308,7 @@ def _lengths(vectors):
     return np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def plane_picture(
+def plane_image(
     camera: Camera,
     image: np.ndarray,
     T_camera_plane: ArrayLike,
@@ -336,7 +336,7 @@ def plane_picture(
 
     Returns
     -------
-    picture, seen : ndarray
+    image, seen : ndarray
         As `remap_to_plane`.
 
     Raises
@@ -349,7 +349,7 @@ def plane_picture(
     ----------
     Thesis, Fig. 5.18.
     """
-    checked_picture(np.divide(size, per_px) if per_px > 0 else (np.nan, np.nan))
+    check_image_size(np.divide(size, per_px) if per_px > 0 else (np.nan, np.nan))
     location = plane_locations(camera, image, T_camera_plane) - corner
     return remap_to_plane(image, _near(location, size), None, None, size, per_px)
 
@@ -377,7 +377,7 @@ def plane_locations(camera, image, T_camera_plane):
     return location
 
 
-def checked_picture(size_px):
+def check_image_size(size_px):
     """Reject an image size (width, height), px, that is not allowed."""
     with np.errstate(over="ignore"):
         fits = np.shape(size_px) == (2,) and np.prod(size_px) <= MAX_N_PIXELS
@@ -486,7 +486,7 @@ def view_of_plane(
     places = focal * seen[:, :2] / seen[:, 2:]
     first, last = np.floor(places.min(axis=0)), np.ceil(places.max(axis=0))
     K = np.array([[focal, 0, -first[0]], [0, focal, -first[1]], [0, 0, 1]])
-    checked_picture(last - first + 1)
+    check_image_size(last - first + 1)
     width, height = (last - first).astype(int) + 1
     return PerspectiveView(K, R, centre, int(width), int(height))
 
@@ -532,7 +532,7 @@ def view_over_plane(
 
     Returns
     -------
-    picture, seen : ndarray
+    image, seen : ndarray
         As `remap_to_plane`, of the view's height and width.
 
     Raises

@@ -200,7 +200,7 @@ class _Poses:
     def __init__(self, seen, held, start):
         self.seen, self.held, self.start = seen, held, start
         if held is not None:
-            self.length = np.linalg.norm(self._apart(start))
+            self.length = np.linalg.norm(self._baseline(start))
 
     def evaluate(self, state):
         """Cost and equations, in the form that `descend` requires."""
@@ -212,7 +212,7 @@ class _Poses:
         steps = (self.free(state) @ step).reshape(-1, 6)
         moved = moved_poses(state, steps)
         if self.held is not None:
-            moved = self._stretched(moved)
+            moved = self._with_held_distance(moved)
         return settled_points(self.seen, moved, N_FOLLOWING_STEPS)[0]
 
     def free(self, state):
@@ -221,20 +221,20 @@ class _Poses:
         if self.held is None:
             return D
         # No step of the view with a fixed distance along its baseline.
-        u = self._apart(state)
+        u = self._baseline(state)
         across = tangent_bases((u / np.linalg.norm(u))[None])[0]
         first = 6 * (self.held - 1) + 3
         rows = slice(6 * self.held + 3, 6 * self.held + 6)
         D[rows, first : first + 2] = across
         return np.delete(D, first + 2, axis=1)
 
-    def _apart(self, state):
+    def _baseline(self, state):
         """(3,): centre of the first view's rays in the frame of the held view."""
         R = state.R[self.held] @ state.R[0].T
         return state.t[self.held] - R @ state.t[0]
 
-    def _stretched(self, state):
-        u = self._apart(state)
+    def _with_held_distance(self, state):
+        u = self._baseline(state)
         t = state.t.copy()
         t[self.held] += u * (self.length / np.linalg.norm(u) - 1)
         return state._replace(t=t)

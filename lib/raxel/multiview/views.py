@@ -437,7 +437,7 @@ def remap_to_plane(
 
     Returns
     -------
-    picture : ndarray of shape (h, w) or (h, w, C)
+    result : ndarray of shape (h, w) or (h, w, C)
         New image of the image's type, 0 where nothing is visible.
     seen : ndarray of shape (h, w)
         Whether at least half of the samples of a pixel are visible, bool.
@@ -474,10 +474,10 @@ def remap_to_plane(
     counts = np.count_nonzero(hit.reshape(height, fine, width, fine), axis=(1, 3))
     seen = 2 * counts >= fine * fine
     with np.errstate(invalid="ignore"):
-        picture = np.where(seen[..., None], sums[..., :-1] / sums[..., -1:], 0)
+        result = np.where(seen[..., None], sums[..., :-1] / sums[..., -1:], 0)
     if image.dtype.kind in "ui":
-        picture = np.rint(picture)
-    return picture.reshape(height, width, *image.shape[2:]).astype(image.dtype), seen
+        result = np.rint(result)
+    return result.reshape(height, width, *image.shape[2:]).astype(image.dtype), seen
 
 
 def _checked(image, location, sigma, mask):

@@ -40,7 +40,7 @@ def asked_for(gain, monkeypatch, count=20):
     monkeypatch.setattr(lens_board, "_shaped_board", lambda *_: "shaped")
     monkeypatch.setattr(
         lens_board,
-        "kept_out_squares",
+        "held_out_squares",
         lambda one, _: squares["shaped" if one == "shaped" else "flat"],
     )
     return board_test(fit, boards)
@@ -154,7 +154,7 @@ def test_deviations_are_those_of_corners_and_not_of_weights():
         told = covariance_of(FormulaFit(formula, found), boards)
         far = np.full(len(poses), 1e6)
         exact = formula, found.values, found.T_camera_grid
-        normal = lens_bundle.told_by_boards(*exact, boards, far)[0].sum(axis=0)
+        normal = lens_bundle.board_information(*exact, boards, far)[0].sum(axis=0)
         squares = NOISE_PX**2 * np.linalg.inv(normal)
         return np.mean(np.diag(told.alone) / np.diag(squares))
 
@@ -239,7 +239,7 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
     result = SimpleNamespace(
         scales=scales, T_camera_grid=np.zeros((7, 4, 4)), values=None
     )
-    found = lens_fit.kept_out_squares(FormulaFit(None, result), boards)
+    found = lens_fit.held_out_squares(FormulaFit(None, result), boards)
     parts = np.array([0, 1, 2, 3, 4, 0, 0])  # a near copy of the first stays with it
     for k in range(7):
         others = parts != parts[k]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.observations import other_tilt, seen_pose, sighting
+from raxel.calibration.mirror.observations import other_tilt, sighting, target_pose
 from raxel.calibration.mirror.platter import (
-    PlatterPicture,
+    FlatMirrorImage,
     _Problem,
     grid_motion,
     grid_poses_in_platter,
@@ -145,13 +145,13 @@ def test_both_tilts_of_a_small_board_are_tried():
     )
     wrong = other_tilt(T, points)
     assert np.degrees(np.arccos(wrong[:3, 2] @ T[:3, 2])) > 15
-    found = seen_pose(seen)
+    found = target_pose(seen)
     assert np.degrees(np.arccos(min(found[:3, 2] @ T[:3, 2], 1.0))) < 5
 
 
 def test_impossible_pictures_are_refused():
     (first, second), _ = platter_scene()
-    exchanged = PlatterPicture(first.grid, first.board)
+    exchanged = FlatMirrorImage(first.grid, first.board)
     with raises_code("image-before-mirror"):
         grid_poses_in_platter(VIEWER, [exchanged], THICKNESS)
     with pytest.raises(InputError, match="field 'position'"):
@@ -181,7 +181,9 @@ def test_few_corners_tell_their_noise_although_poses_follow_it():
         parts = [few(part, rng) for part in picture[:2]]
         known, found = (
             grid_poses_in_platter(
-                VIEWER, [PlatterPicture(*(p._replace(sd=sd) for p in parts))], THICKNESS
+                VIEWER,
+                [FlatMirrorImage(*(p._replace(sd=sd) for p in parts))],
+                THICKNESS,
             )
             for sd in (np.full(6, 0.2), None)
         )

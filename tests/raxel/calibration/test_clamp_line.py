@@ -8,7 +8,7 @@ import pytest
 from raxel.calibration.mirror import images as from_pictures
 from raxel.calibration.mirror.clamp import (
     Clamp,
-    beam_give,
+    beam_motion,
     clamp_line,
     clamp_of_camera,
     clamped,
@@ -151,9 +151,9 @@ def test_what_is_fixed_comes_from_the_primary_stage(quantity):
 def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity):
     still = plane_camera(quantity)
     line = clamp_line(VIEWER, picks_on_line())
-    moved, turned = beam_give(6.0, 150.0, 15.0)
+    moved, turned = beam_motion(6.0, 150.0, 15.0)
     assert moved == pytest.approx(15 * 36 * 444 / (2 * 150**3))
-    further = beam_give(6.0 + 1e-6, 150.0, 15.0)[0]
+    further = beam_motion(6.0 + 1e-6, 150.0, 15.0)[0]
     assert turned == pytest.approx((further - moved) / 1e-6, rel=1e-5)
     clamp = fixed_line(still, line, hidden=6.0, length=150.0, deflection=15.0)
     shifted = fixed_line(plane_camera(quantity, shift=moved), line)

@@ -12,11 +12,11 @@ from raxel.calibration.parametric.lens_formula import (
     MOVES,
     RESTS,
     UNDECIDED,
-    AskedLaw,
     PupilTest,
+    TestedLaw,
+    _pupil_verdict,
     _ratio_test,
     _rms,
-    _said,
     agreed,
 )
 from raxel.cli.models import lines
@@ -64,8 +64,8 @@ def test_a_pupil_moves_if_errors_that_are_gone_were_a_hundredth_of_a_pixel(
 ):
     """Independent errors add by their squares."""
     moving_px = 0.2
-    assert _said(np.hypot(moving_px, gain_px), moving_px, chance) == verdict
-    assert _said(moving_px, np.hypot(moving_px, gain_px), chance) == RESTS
+    assert _pupil_verdict(np.hypot(moving_px, gain_px), moving_px, chance) == verdict
+    assert _pupil_verdict(moving_px, np.hypot(moving_px, gain_px), chance) == RESTS
 
 
 def told(verdict, central_px, moving_px):
@@ -73,7 +73,7 @@ def told(verdict, central_px, moving_px):
 
 
 def law(name, *test):
-    return AskedLaw(name, None, None, told(*test))
+    return TestedLaw(name, None, None, told(*test))
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.views.correspondence import refuse_parallel
+from raxel.calibration.views.correspondence import check_tilts
 from raxel.geometry import rotation_from_vector
 from tests.raised import raises_code
 
@@ -29,6 +29,6 @@ def tilted(*degrees):
 def test_boards_count_when_they_are_tilted_against_each_other(degrees, needed, refused):
     if refused:
         with raises_code("parallel-grids"):
-            refuse_parallel(tilted(*degrees), "method", needed)
+            check_tilts(tilted(*degrees), "method", needed)
     else:
-        assert refuse_parallel(tilted(*degrees), "method", needed) is None
+        assert check_tilts(tilted(*degrees), "method", needed) is None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror.scores import load_height
-from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
+from raxel.calibration.mirror.track import MirrorTracker, VideoTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import InputError
 from raxel.features.film import _smooth, next_corners
@@ -121,7 +121,7 @@ def test_pictures_in_shapes_out_without_drift():
     camera = scene.spline()
     settings = MirrorSettings(prior_sd=0.1)
     tracker = MirrorTracker(camera, scene.scene_points, scene.clamp(camera), settings)
-    following = FilmTracker(tracker, flat.picture, flat.true, *scene.size)
+    following = VideoTracker(tracker, flat.picture, flat.true, *scene.size)
     for frame, deflection in ((bent, BENT_MM), (flat, 0.0)) * 2:
         found = following.follow(frame.picture)
         assert found.shape.settled

@@ -72,7 +72,7 @@ def test_exact_rays_of_a_bent_mirror_give_the_motion_and_its_length():
     assert generalised_pose(A, B).margin > 1e6
     found = refine_generalised_pose(A, B, generalised_pose(A, B))
     assert np.abs(found.T_2_1 - T_MIRROR).max() < 1e-9
-    assert found.scale_told
+    assert found.scale_determined
     assert found.baseline == pytest.approx(length_of(A, B, T_MIRROR), rel=1e-10)
 
 
@@ -154,7 +154,7 @@ def test_a_length_is_told_to_a_third_of_itself(sd):
     told = np.diag([1e4] * 5 + [sd**-2])
     found = MotionInformation(told, 10.0, np.zeros(3), 1.0)
     assert found.scale_sd == pytest.approx(sd)
-    assert found.scale_told == (3 * sd < 1)
+    assert found.scale_determined == (3 * sd < 1)
 
 
 def test_rays_turn_about_the_points_of_theirs_next_to_a_place():
@@ -174,7 +174,7 @@ def test_as_many_pairs_as_unknowns_tell_no_uncertainty():
     six = np.arange(6)
     found = refine_generalised_pose(A.of(six), B.of(six), T_MIRROR)
     assert np.isnan(found.covariance).all()
-    assert not found.scale_told
+    assert not found.scale_determined
 
 
 def test_few_pairs_repeated_are_refused():
@@ -292,7 +292,7 @@ def test_the_nearer_to_central_the_less_the_length_is_told():
     assert scale[1] == pytest.approx(10 * scale[0], rel=0.3)
     assert scale[2] == pytest.approx(10 * scale[1], rel=0.3)
     assert scale[3] > 1e4
-    assert [x.scale_told for x in information] == [True, True, True, False]
+    assert [x.scale_determined for x in information] == [True, True, True, False]
     values, vectors = np.linalg.eigh(information[3].information)
     assert values[0] < 1e-9 * values[1]
     assert abs(vectors[5, 0]) > 0.999
@@ -389,7 +389,7 @@ def test_eight_of_fourteen_pairs_are_free_to_agree_by_chance(
     A, B, _ = mirror_rays(1, count=count)
     told = None
     try:
-        generalised_robust._refuse_chance(
+        generalised_robust._check_chance(
             np.eye(3, 4), turning_pairs(matched_rays(A, B)), np.arange(count) < some,
             1.0, samples,
         )  # fmt: skip

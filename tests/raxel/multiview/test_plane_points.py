@@ -15,7 +15,7 @@ from raxel.multiview.plane_points import (
     _moved_by_pose,
     circle_outline,
     measured_circle,
-    plane_picture,
+    plane_image,
     points_on_plane,
 )
 from raxel.sets import Chessboard
@@ -155,7 +155,7 @@ def test_a_ring_is_measured_in_a_picture_to_a_fraction_of_a_pixel(photograph):
 def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
     size, per_px = np.array([120.0, 150.0]), 1.0
     corner = CENTRE - size / 2
-    picture, seen = plane_picture(SMALL, photograph, T_BOARD, corner, size, per_px)
+    picture, seen = plane_image(SMALL, photograph, T_BOARD, corner, size, per_px)
     assert picture.shape == (150, 120)
     assert seen.mean() > 0.6
     v, u = np.nonzero(seen)
@@ -173,7 +173,7 @@ def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
 
 def test_a_picture_of_another_size_is_refused(photograph):
     with pytest.raises(InputError, match=r"256 x 100 px; .* 256 x 192"):
-        plane_picture(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
+        plane_image(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
 
 
 def test_means_over_footprints_are_those_of_their_places():

@@ -227,8 +227,8 @@ def _radians_per_px(samples, directions):
     pixels, rays = samples.pixels[known], directions[known]
     order = np.lexsort((pixels[:, 0], pixels[:, 1]))
     pixels, rays = pixels[order], rays[order]
-    beside = np.all(np.diff(pixels, axis=0) == [samples.step, 0], axis=1)
-    gaps = np.linalg.norm(rays[1:] - rays[:-1], axis=1)[beside]
+    adjacent = np.all(np.diff(pixels, axis=0) == [samples.step, 0], axis=1)
+    gaps = np.linalg.norm(rays[1:] - rays[:-1], axis=1)[adjacent]
     return np.median(gaps) / samples.step
 
 

@@ -187,7 +187,7 @@ def _checked(
             "in the image",
             code="no-overlap",
         )
-    _check_apart(points, poses, seen)
+    _check_distinct_planes(points, poses, seen)
     return points, poses, seen
 
 
@@ -209,7 +209,7 @@ def _check_rigid(poses):
         )
 
 
-def _check_apart(points, poses, seen):
+def _check_distinct_planes(points, poses, seen):
     """Raise InputError where points of one grid are in the plane of another."""
     for i, j in itertools.combinations(range(len(poses)), 2):
         both = seen[i] & seen[j]

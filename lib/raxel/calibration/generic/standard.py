@@ -38,11 +38,7 @@ from raxel.calibration.linear.standard import (
     normalising_similarity,
     solve_grid_pairs,
 )
-from raxel.calibration.views.correspondence import (
-    BoardView,
-    check_view,
-    refuse_parallel,
-)
+from raxel.calibration.views.correspondence import BoardView, check_tilts, check_view
 from raxel.calibration.views.dense import BoardSamples, DenseView, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.errors import CalibrationError
@@ -126,7 +122,7 @@ class ComparedBoards(NamedTuple):
         GridPair by (base, other).
     triples : list of tuple
         Triples (base, j, k) of each base, the best determined first.
-    refused : list
+    failures : list
         Reasons why other triples determine no centre.
     """
 
@@ -138,7 +134,7 @@ class ComparedBoards(NamedTuple):
     coarse: BoardSamples
     pairs: dict
     triples: list
-    refused: list
+    failures: list
 
 
 def compared_boards(
@@ -168,8 +164,8 @@ def compared_boards(
     samples = sample_boards(views, width, height, MAX_N_OBSERVATIONS)
     coarse = samples.thinned(COARSE_STEP)
     pairs = _grid_pairs(coarse)
-    refused = []  # type: ignore[var-annotated]
-    triples = [_ranked(pairs, base, refused) for base in range(len(views))]
+    failures = []  # type: ignore[var-annotated]
+    triples = [_ranked(pairs, base, failures) for base in range(len(views))]
     return ComparedBoards(
         views,  # type: ignore[arg-type]
         chosen,
@@ -179,7 +175,7 @@ def compared_boards(
         coarse,
         pairs,
         triples,
-        refused,
+        failures,
     )
 
 
@@ -227,7 +223,7 @@ def calibrate_compared(
             f"generic calibration: {failures[0]}", code=failures[0].code
         )
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
-    refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
+    check_tilts(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
     centre = best.start.linear.centre
     samples = boards.samples
     poses, directions, _ = adjusted(
@@ -268,7 +264,7 @@ def _starts(boards, linear, side):
 
     Raises CalibrationError with the most frequent reason when there is none.
     """
-    starts, failures = [], [*boards.refused]
+    starts, failures = [], [*boards.failures]
     for triples in boards.triples:
         for triple in triples[:MAX_N_BOARDS_PER_BASE]:
             try:
@@ -294,7 +290,7 @@ def _starts(boards, linear, side):
     return sorted(starts, key=lambda start: -start.linear.margin)
 
 
-def _ranked(pairs, base, refused):
+def _ranked(pairs, base, failures):
     """Triples (base, j, k), the best determined centre first."""
     others = sorted(
         (k for b, k in pairs if b == base), key=lambda k: pairs[base, k].noise
@@ -312,7 +308,7 @@ def _ranked(pairs, base, refused):
         try:
             _solved(pairs, triple)
         except CalibrationError as error:
-            refused.append(str(error))
+            failures.append(str(error))
     return sorted(found, key=lambda triple: -found[triple])
 
 

@@ -168,7 +168,7 @@ def homography_to_base(
                 few = np.sort(rng.choice(common, subset, replace=False))
             sigma = None if robust == "ransac" else robust
             start, limit = robust_start(points[k, few], points[0, few], rng, sigma)
-            _refuse_loose(limit, points[0, few], k)
+            _check_threshold(limit, points[0, few], k)
         fit = fit_homography(
             points[k], points[0], start, use=both, limit=limit, weights=weights
         )
@@ -186,7 +186,7 @@ def homography_to_base(
     return fit
 
 
-def _refuse_loose(limit, base, k):
+def _check_threshold(limit, base, k):
     """Reject a threshold as large as the spread of unrelated points."""
     spread = np.sqrt(np.mean((base - np.median(base, axis=0)) ** 2))
     if limit > MAX_THRESHOLD_FRACTION * spread:
@@ -527,8 +527,10 @@ def margins_of(homographies, noise):
     """
     degeneracy, margin = _determination(homographies, noise)
     square = sturm_maybank(homographies)[2]
-    refused = (degeneracy < DEGENERACY_TOL) | (margin < MIN_NOISE_RATIO) | ~(square > 0)
-    return np.where(refused, np.nan, margin)
+    rejected = (
+        (degeneracy < DEGENERACY_TOL) | (margin < MIN_NOISE_RATIO) | ~(square > 0)
+    )
+    return np.where(rejected, np.nan, margin)
 
 
 def _determination(homographies, noise):

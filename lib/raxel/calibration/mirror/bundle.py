@@ -536,7 +536,7 @@ def _whitening(seen, spaces, state, widening):
                 code="behind-camera",
             )
         placed = placed_points(view.points, state.T[view.grid])
-        shift = view.rays.picture_jacobian(c, placed)
+        shift = view.rays.image_jacobian(c, placed)
         sd = view.sd * np.sqrt(widening[view.stage])
         found.append(np.linalg.pinv(shift) / sd[:, None, None])
     return found

@@ -106,30 +106,30 @@ class FixedLine(NamedTuple):
         return np.array([np.cos(self.angle), np.sin(self.angle)])
 
 
-def edge_picks(picture, picks, reach=6.0):
+def edge_picks(image, picks, reach=6.0):
     """Points (N, 2), px, moved onto the nearest edge, to subpixel accuracy.
 
-    picture: (H, W) grey; picks: (N, 2), N >= 2, within `reach` px of the edge. Each is
+    image: (H, W) grey; picks: (N, 2), N >= 2, within `reach` px of the edge. Each is
     moved perpendicular to the straight line through all points, to the centroid of the
     squared grey-level gradient. NaN where no edge is in reach. Raises InputError for
     too few points.
     """
     from scipy.ndimage import map_coordinates
 
-    picture, picks = np.asarray(picture, float), np.asarray(picks, float)
+    image, picks = np.asarray(image, float), np.asarray(picks, float)
     _enough(picks, 2)
     across = _axes(picks)[2]
     steps = np.arange(-reach, reach + 0.25, 0.5)
     places = picks[:, None] + steps[None, :, None] * across
     grey = map_coordinates(
-        picture, np.moveaxis(places[..., ::-1], 2, 0), order=1, cval=np.nan
+        image, np.moveaxis(places[..., ::-1], 2, 0), order=1, cval=np.nan
     )
     change = np.diff(grey, axis=1)
     weight = change**2
     at = (steps[1:] + steps[:-1]) / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         off = weight @ at / weight.sum(axis=1)
-        clear = np.ptp(grey, axis=1) > MIN_CONTRAST * picture.max()
+        clear = np.ptp(grey, axis=1) > MIN_CONTRAST * image.max()
     return np.where(clear[:, None], picks + off[:, None] * across, np.nan)
 
 
@@ -263,7 +263,7 @@ def fixed_line(
     return FixedLine(p, values, slopes, value_sd, slope_sd, line.angle)
 
 
-def beam_give(hidden, length, deflection):
+def beam_motion(hidden, length, deflection):
     """(mm, rad): shift and rotation of a beam at `hidden` mm from its clamp, when its
     end at `length` mm is deflected (5.1)."""
     x, m = np.minimum(hidden, length), length
@@ -281,7 +281,7 @@ def _give(camera, p, u, line, hidden, length, deflection):
     sides = [camera.mirror.points(p + way * step * u) for way in (1, -1)]
     away = np.linalg.norm(sides - camera.mirror.points(p), axis=2) / step
     hidden = np.hypot(hidden, line.offset_sd * np.nanmax(away, axis=0))
-    return np.maximum(firm, beam_give(hidden, length, abs(deflection)))
+    return np.maximum(firm, beam_motion(hidden, length, abs(deflection)))
 
 
 def _in_quantity(camera, p, u, moved, turned):

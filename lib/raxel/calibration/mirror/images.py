@@ -16,7 +16,7 @@ from raxel.calibration.mirror.observations import (
     normalised,
     on_one_lattice,
 )
-from raxel.calibration.mirror.platter import PlatterPicture, flat_view
+from raxel.calibration.mirror.platter import FlatMirrorImage, flat_view
 from raxel.calibration.mirror.stages import ClampPicks, MirrorViews, StepViews
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
@@ -84,21 +84,21 @@ def clamp_picks(mirror_set, viewer):
     between = _between(given)
     if len(given) < MIN_N_PICKS:
         given = between[:: N_PICKS // 2]
-    told = ClampPicks(given, sd, hidden)
+    given_picks = ClampPicks(given, sd, hidden)
     near = edge_picks(_lit(mirror_set.grids), between, reach=max(4.0, 4 * sd))
     near = near[np.isfinite(near[:, 0])]
     if len(near) < N_PICKS // 2:
-        return told
+        return given_picks
     try:
         line, by_hand = clamp_line(viewer, near), clamp_line(viewer, given)
     except CalibrationError:
-        return told
+        return given_picks
     # Distance of the edge from the given line, px.
     across = np.array([np.cos(by_hand.angle), np.sin(by_hand.angle)])
     scale = np.median(magnification(viewer, near))
     off = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
     if abs(np.mean(off)) > MAX_EDGE_OFFSET_SIGMAS * sd or line.rms_px > max(sd, 0.5):
-        return told
+        return given_picks
     return ClampPicks(near, line.rms_px, hidden)
 
 
@@ -190,7 +190,7 @@ def _platter(mirror_set, viewer, say):
     grids = list(decode_grids(mirror_set.platter, mirror_set.platter.views, say))
     flags = list(_warnings(grids))
     why_not = dict(missed)
-    pictures = []
+    images = []
     for position, name in enumerate(v.label for v in mirror_set.grids.views):
         usable = 0
         for k in mirror_set.platter_views(name):
@@ -206,13 +206,11 @@ def _platter(mirror_set, viewer, say):
                 flags.append(f"platter: excluded: {fault}")
                 continue
             # One position of the flat mirror per image: it may have moved between them.
-            pictures.append(
-                PlatterPicture(by_name[plate], grid, len(pictures), position)
-            )
+            images.append(FlatMirrorImage(by_name[plate], grid, len(images), position))
             usable += 1
         if not usable:
             raise InputError(flags[-1].removeprefix("platter: excluded: "))
-    return tuple(pictures), tuple(flags)
+    return tuple(images), tuple(flags)
 
 
 def _steps(mirror_set, say):

@@ -78,7 +78,7 @@ def normalised(viewer: Camera, pixels: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     ndarray, shape (N, 2)
-        Coordinates (x / z, y / z) of the viewing rays, NaN where there is none ahead.
+        Coordinates (x / z, y / z) of the viewing rays, NaN without one in front.
     """
     d = viewer.rays(pixels).directions
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -129,7 +129,7 @@ def sighting(viewer, view, name):
     )
 
 
-def seen_pose(seen):
+def target_pose(seen):
     """T_camera_grid (4, 4), right-handed, of the target of a Sighting.
 
     From the homography, refined by least angles. For a small or distant flat target
@@ -241,7 +241,7 @@ class RayPoints:
         scene = self.surface(c)[1]
         return np.eye(3) - scene[:, :, None] * scene[:, None, :]
 
-    def picture_jacobian(
+    def image_jacobian(
         self, c: NDArray[np.float64], points: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return the change (N, 3, 2) of the residuals with p, by differences.

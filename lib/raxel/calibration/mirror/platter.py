@@ -26,8 +26,8 @@ from raxel.calibration.mirror.observations import (
     Sighting,
     magnification,
     normalised,
-    seen_pose,
     sighting,
+    target_pose,
     wrong_matches,
 )
 from raxel.calibration.pose.three_point import (
@@ -111,7 +111,7 @@ ROUNDING_PX = 1e-9
 MAX_RMS_PX, MAX_RMS_SIGMAS = 5.0, 3.0
 
 
-class PlatterPicture(NamedTuple):
+class FlatMirrorImage(NamedTuple):
     """Hold an image of the flat reference mirror on its chessboard and a grid in it.
 
     Images of one number share the position.
@@ -277,7 +277,7 @@ def reflected_pose(
 
 
 def grid_poses_in_platter(
-    viewer: Camera, pictures: Iterable[PlatterPicture], thickness: float
+    viewer: Camera, images: Iterable[FlatMirrorImage], thickness: float
 ) -> PlatterPoses:
     """Estimate poses of a grid in its positions, seen in a flat reference mirror.
 
@@ -289,7 +289,7 @@ def grid_poses_in_platter(
     ----------
     viewer : Camera
         Calibrated central camera.
-    pictures : iterable of PlatterPicture
+    images : iterable of FlatMirrorImage
         Images whose numbers start at 0 without gaps.
     thickness : float
         Distance from the chessboard's plane to the reflecting surface, mm.
@@ -311,13 +311,13 @@ def grid_poses_in_platter(
     ----------
     Thesis 5.2.1. Bonfort, Sturm, Gargallo 2006, ACCV.
     """
-    pictures = list(pictures)
-    boards = [sighting(viewer, p.board, f"platter picture {k}: board")
-              for k, p in enumerate(pictures)]  # fmt: skip
-    grids = [sighting(viewer, p.grid, f"platter picture {k}: grid")
-             for k, p in enumerate(pictures)]  # fmt: skip
-    platters = _numbered("platter", [p.platter for p in pictures])
-    positions = _numbered("position", [p.position for p in pictures])
+    images = list(images)
+    boards = [sighting(viewer, p.board, f"platter: image {k}: board")
+              for k, p in enumerate(images)]  # fmt: skip
+    grids = [sighting(viewer, p.grid, f"platter: image {k}: grid")
+             for k, p in enumerate(images)]  # fmt: skip
+    platters = _numbered("platter", [p.platter for p in images])
+    positions = _numbered("position", [p.position for p in images])
     if not all(np.isfinite(s.sd).all() for s in boards + grids):
         boards, grids = ([s.alike() for s in group] for group in (boards, grids))
     problem = _Problem(boards, grids, platters, positions, float(thickness))
@@ -381,15 +381,15 @@ class _Problem(NamedTuple):
     def start(self):
         """Poses of the first image of each number."""
         boards = [
-            seen_pose(self.boards[np.argmax(self.platters == j)])
+            target_pose(self.boards[np.argmax(self.platters == j)])
             for j in range(self.platters.max() + 1)
         ]
         grids = []
         for i in range(self.count):
             k = np.argmax(self.positions == i)
             plane = platter_plane(boards[self.platters[k]], self.thickness)
-            grids.append(reflected_pose(seen_pose(self.grids[k]), plane))
-            _refuse_behind(self.grids[k].points, grids[-1], plane, k)
+            grids.append(reflected_pose(target_pose(self.grids[k]), plane))
+            _check_in_front(self.grids[k].points, grids[-1], plane, k)
         return np.stack(grids + boards)
 
     def moved(self, state, step):
@@ -478,12 +478,12 @@ class _Problem(NamedTuple):
         return PlatterPoses(grids, boards, planes, covariance, rms_px)
 
 
-def _refuse_behind(points, T_camera_grid, plane, picture):
+def _check_in_front(points, T_camera_grid, plane, index):
     """Raise CalibrationError for a grid that is not in front of the mirror."""
     height = placed_points(points, T_camera_grid) @ plane[:3] + plane[3]
     if not (height > 0).all():
         raise CalibrationError(
-            f"platter: image {picture}: the mirror image of the grid is "
+            f"platter: image {index}: the mirror image of the grid is "
             f"{-height.min():.0f} mm in front of the mirror; check that its corners "
             "are reflections, and that board and grid are not exchanged",
             code="image-before-mirror",

@@ -143,7 +143,7 @@ def robust_start(seen, given, T, spline, span):
     consistently wrong points along a border.
     """
     every = [seen] if given is None else [seen, given]
-    wrong = [[_off_the_smooth(*grid) for grid in one] for one in every]
+    wrong = [[_smooth_outliers(*grid) for grid in one] for one in every]
     for left in reversed(range(MAX_N_ROUNDS + 1)):
         kept = [_without(*pair) for pair in zip(every, wrong, strict=True)]
         sighted = [_known(*grid) for grid in kept[-1]]
@@ -205,7 +205,7 @@ def _far(start, seen, wrong, T, quantity):
     ]
 
 
-def _off_the_smooth(p, xy):
+def _smooth_outliers(p, xy):
     """Which points (N,) bool of a grid are far from a smooth function of p (N, 2)."""
     known = np.isfinite(p + xy).all(axis=1)
     wrong = np.zeros(len(p), bool)

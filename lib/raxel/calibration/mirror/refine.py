@@ -218,7 +218,7 @@ def _data_spread(rays, c, points, noise, reach, weights, motion, pose_covariance
 
     reach: (N, 3, F), Jacobian of the weighted residuals.
     """
-    change = rays.picture_jacobian(c, points) * (weights * noise)[:, None, None]
+    change = rays.image_jacobian(c, points) * (weights * noise)[:, None, None]
     gradient = np.einsum("nif,nij->fnj", reach, change).reshape(reach.shape[2], -1)
     spread = gradient @ gradient.T
     if pose_covariance is not None:
@@ -525,7 +525,7 @@ def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
     """
     c, covariance = fit.coefficients, fit.covariance
     flags = uncertain_knots(grid, quantity, c, covariance)
-    turns = turns_if_even(grid, quantity, c, widening * covariance, evenly)
+    turns = turns_under_prior(grid, quantity, c, widening * covariance, evenly)
     return max(turns.values(), default=0.0), flags + swinging_ends(turns, swinging_deg)
 
 
@@ -555,8 +555,8 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
 def swinging_ends(turns, limit_deg):
     """Flags (list of text) for outermost knot intervals that bend unlike a sheet.
 
-    turns: of `turns_if_even`. Raises CalibrationError where an end is unreliable: its
-    rays would rotate by limit_deg or more.
+    turns: of `turns_under_prior`. Raises CalibrationError where an end is unreliable:
+    its rays would rotate by limit_deg or more.
     """
     flags = []
     for (axis, _, place), turn in turns.items():
@@ -575,7 +575,7 @@ def swinging_ends(turns, limit_deg):
     return flags
 
 
-def turns_if_even(grid, quantity, coefficients, covariance, evenly):
+def turns_under_prior(grid, quantity, coefficients, covariance, evenly):
     """{one of ENDS: degrees}: rotation of rays at that end when a prior is added.
 
     covariance: (K, K), widened by the misfit; evenly: as in `edge_flags`. An axis with

@@ -53,7 +53,7 @@ WARN_RESIDUAL_DEG, MAX_RESIDUAL_DEG = 0.02, 0.25
 MIN_SPAN_FRACTION = 0.8
 
 
-def check_apart(poses, grids):
+def check_distinct_positions(poses, grids):
     """Reject a position of the monitor that occurs twice in the flat mirror.
 
     poses: PlatterPoses; grids: views of the monitor in the mirror, in their order.
@@ -70,7 +70,7 @@ def check_apart(poses, grids):
             )
 
 
-def check_two_pictures(points, grids):
+def check_distinct_images(points, grids):
     """Reject a monitor that the bending mirror shows twice in one position.
 
     points: (n, N, 2) mm, points of each grid that pixels see, NaN where none.
@@ -86,7 +86,7 @@ def check_two_pictures(points, grids):
             )
 
 
-def check_beside(line, viewer, grids, hidden=False):
+def check_clamp_line(line, viewer, grids, hidden=False):
     """Reject a ClampLine outside the mirror, or across it; hidden: whether it replaces
     an invisible clamp."""
     pixels = np.concatenate([view.pixels for view in grids])
@@ -131,7 +131,7 @@ def misfit_flags(stage, step, degrees):
     return [f"stage {stage}: {found}"]
 
 
-def short_of_the_edge(cameras):
+def partial_coverage_flags(cameras):
     """Flags (list) for stages whose corners cover a part of the mirror only.
 
     cameras: SplineMirrorCameras of the stages, the first of which shows all.
@@ -216,7 +216,7 @@ class MirrorViews(NamedTuple):
         Calibrated central camera that views the mirror.
     grids : tuple of DenseView
         View of the monitor in the mirror for each position of the monitor.
-    platter : tuple of PlatterPicture
+    platter : tuple of FlatMirrorImage
         Images of the flat reference mirror. Position k is that of ``grids[k]``.
     thickness : float
         Thickness of the flat reference mirror, mm.
@@ -332,7 +332,7 @@ def calibrate_mirror(
     say = say or (lambda line: None)
     say("poses of the monitor, from the flat reference mirror")
     poses = grid_poses_in_platter(views.viewer, views.platter, views.thickness)  # type: ignore[arg-type]
-    check_apart(poses, views.grids)
+    check_distinct_positions(poses, views.grids)
     line = _line(views)
     say("first shape of the mirror")
     spline = {"shape": settings.shape, "degree": settings.degree, "quantity": quantity}
@@ -350,7 +350,7 @@ def calibrate_mirror(
     for k, update in enumerate(updates, 1):
         flags += [f"stage {k}: {text}" for text in update.flags]
     flags += [text for text in bundle.flags if text not in flags]
-    flags += short_of_the_edge(bundle.cameras)
+    flags += partial_coverage_flags(bundle.cameras)
     found = MirrorCalibration(
         bundle.cameras, poses, line, primary, updates, bundle, shown, tuple(flags)
     )
@@ -374,7 +374,7 @@ def _line(views):
         angle_sd=max(found.angle_sd, sd / np.sqrt(np.sum(reach**2))),
     )
     hidden = views.clamp.hidden_mm > 0
-    check_beside(line, views.viewer, views.grids, hidden)
+    check_clamp_line(line, views.viewer, views.grids, hidden)
     return line
 
 
@@ -384,7 +384,7 @@ def _primary(views, poses, line, spline):
     samples = N_PIXELS_PER_GRID * len(grids)
     seen = sample_boards(grids, viewer.width, viewer.height, samples)
     points = np.where(seen.seen[..., None], seen.points, np.nan)
-    check_two_pictures(points, grids)
+    check_distinct_images(points, grids)
     return primary_from_points(
         viewer, seen.pixels.astype(float), points, poses, angle=line.angle,
         span=line.points(N_LINE_POINTS), **spline,

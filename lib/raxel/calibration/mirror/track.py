@@ -202,7 +202,7 @@ class MirrorTracker:
         return c, np.linalg.norm(rays.residuals(c, points), axis=1), settled
 
 
-class FollowedPicture(NamedTuple):
+class TrackedImage(NamedTuple):
     """Hold the corners of an image and the shape that follows from them.
 
     Attributes
@@ -217,14 +217,14 @@ class FollowedPicture(NamedTuple):
     shape: Followed
 
 
-class FilmTracker:
+class VideoTracker:
     """Track a mirror through a video, with corners detected in its images.
 
     Parameters
     ----------
     tracker : MirrorTracker
         Tracker whose scene points are the corners of one chessboard, row by row.
-    picture : ndarray of uint8, shape (H, W)
+    image : ndarray of uint8, shape (H, W)
         First image, with the mirror in the tracker's state.
     corners : array_like, shape (rows * columns, 2)
         Corners in the first image, px, NaN for those not detected.
@@ -235,15 +235,15 @@ class FilmTracker:
     def __init__(
         self,
         tracker: MirrorTracker,
-        picture: NDArray[np.uint8],
+        image: NDArray[np.uint8],
         corners: ArrayLike,
         columns: int,
         rows: int,
     ) -> None:
-        self.tracker, self.picture = tracker, picture
+        self.tracker, self.image = tracker, image
         self.corners, self._size = np.array(corners, float), (columns, rows)
 
-    def follow(self, picture: NDArray[np.uint8]) -> FollowedPicture:
+    def follow(self, image: NDArray[np.uint8]) -> TrackedImage:
         """Track the corners and the shape to the next image.
 
         After an error the sequence stays at the previous image. If all corners are
@@ -251,12 +251,12 @@ class FilmTracker:
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (H, W)
+        image : ndarray of uint8, shape (H, W)
             Next image, not more than half a square from the previous one.
 
         Returns
         -------
-        FollowedPicture
+        TrackedImage
             Corners and shape.
 
         Raises
@@ -266,7 +266,7 @@ class FilmTracker:
         CalibrationError
             As `MirrorTracker.follow`.
         """
-        found = next_corners(self.picture, picture, self.corners, *self._size)
+        found = next_corners(self.image, image, self.corners, *self._size)
         shape = self.tracker.follow(found.corners)
-        self.picture, self.corners = picture, found.corners
-        return FollowedPicture(found, shape)
+        self.image, self.corners = image, found.corners
+        return TrackedImage(found, shape)

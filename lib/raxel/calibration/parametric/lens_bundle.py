@@ -444,7 +444,7 @@ def _costs(residuals, boards, loss, scales):
     )
 
 
-def told_by_boards(formula, values, T_camera_grid, boards, scales):
+def board_information(formula, values, T_camera_grid, boards, scales):
     """Information of each board, with a free pose, on the parameters: normal (n, P, P)
     and gradient (n, P) of the final loss."""
     A, B, b = _rows(formula, values, T_camera_grid, boards, "tukey", scales)

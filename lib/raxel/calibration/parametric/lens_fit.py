@@ -20,8 +20,8 @@ from raxel.calibration.parametric.lens_bundle import (
     AdjustedLens,
     LensFormula,
     adjusted,
+    board_information,
     posed_residuals,
-    told_by_boards,
     tukey_pull,
 )
 from raxel.errors import CalibrationError
@@ -109,8 +109,8 @@ def _inverse_root(normal):
     """(W, scale): W W' is the pseudo-inverse of a normal matrix over its scales."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     size, axes = np.linalg.eigh(normal / np.outer(scale, scale))
-    told = size > MIN_EIGENVALUE_RATIO * size[-1]
-    return axes[:, told] / np.sqrt(size[told]), scale
+    determined = size > MIN_EIGENVALUE_RATIO * size[-1]
+    return axes[:, determined] / np.sqrt(size[determined]), scale
 
 
 # Start for any lens with an axis: poses of boards without a lens model. The radial law
@@ -451,7 +451,7 @@ def _criterion(fit, boards, terms=None):
     return count * np.log(cost) + terms * np.log(count)
 
 
-def kept_out_squares(fit, boards):
+def held_out_squares(fit, boards):
     """Mean squared distance (n,) px^2 on each board, held out with its near copies from
     fits with the same terms. A corner counts as at most OUTLIER_SCALES scales of its
     board. NaN where fewer than two other boards are left."""
@@ -491,10 +491,10 @@ def covariance_of(fit, boards):
     free = max(free_of(fit, boards) - 2 * np.count_nonzero(boards.seen & ~right), 1)
     pulls = np.sum(weight[right] ** 2 * squares[right])
     variance = pulls / free / (curved * np.mean(weight[right]))
-    told = told_by_boards(
+    information = board_information(
         fit.formula, found.values, found.T_camera_grid, boards, found.scales
     )
-    normal, gradient = (boards.of_groups(each) for each in told)
+    normal, gradient = (boards.of_groups(each) for each in information)
     return clustered_covariance(
         normal * curved, gradient, max(variance, MIN_RESIDUAL_PX**2)
     )

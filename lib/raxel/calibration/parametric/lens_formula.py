@@ -30,7 +30,7 @@ from raxel.calibration.parametric.lens_fit import (
     covariance_of,
     fitted_law,
     free_of,
-    kept_out_squares,
+    held_out_squares,
     refitted,
     start_of,
 )
@@ -135,7 +135,7 @@ def board_test(fit, boards, before=None):
     if asked == fit.formula.board:
         return found
     squares = [
-        kept_out_squares(each, boards)
+        held_out_squares(each, boards)
         for each in (fit, _shaped_board(fit, asked, boards))
     ]
     gain = boards.of_groups(squares[0] - squares[1])
@@ -177,13 +177,13 @@ def _shaped_board(fit, names, boards):
     return refitted(fit, formula, boards, "tukey", fit.result.scales)
 
 
-def _wald(values, covariance, photographs):
-    """p-value of values (k,) being 0; photographs: number of images behind the
+def _wald(values, covariance, n_images):
+    """p-value of values (k,) being 0; n_images: number of images behind the
     covariance."""
     from scipy.stats import f as fisher
 
     ratio = values @ np.linalg.solve(covariance, values) / len(values)
-    return float(fisher.sf(ratio, len(values), photographs - 1))
+    return float(fisher.sf(ratio, len(values), n_images - 1))
 
 
 # Test for an entrance-pupil shift along the axis. A shift bends the image as a function
@@ -246,7 +246,7 @@ class PupilTest(NamedTuple):
         return self.verdict == MOVES
 
 
-class AskedLaw(NamedTuple):
+class TestedLaw(NamedTuple):
     """A law, its FormulaFits with a fixed pupil (bent: with more radial terms), and its
     PupilTest."""
 
@@ -257,7 +257,7 @@ class AskedLaw(NamedTuple):
 
 
 def pupil_test(law, central, boards):
-    """AskedLaw of a law's FormulaFit with a fixed pupil."""
+    """TestedLaw of a law's FormulaFit with a fixed pupil."""
 
     def again(fit, **terms):
         formula = fit.formula._replace(**terms)
@@ -268,20 +268,20 @@ def pupil_test(law, central, boards):
     p_value = _ratio_test(bent, moving[1], boards)
     if p_value > PUPIL_P_THRESHOLD:
         test = PupilTest(p_value, *[np.nan] * 5, RESTS)
-        return AskedLaw(law, central, bent, test)
+        return TestedLaw(law, central, bent, test)
     _, without = _best((central, bent), boards)
     best, with_it = _best(moving, boards)
     errors = [_rms(squares, boards) for squares in (without, with_it)]
     gain = (without - with_it) * boards.seen.sum(axis=1)
     gain = boards.of_groups(gain)
     chance = _chance(gain[np.isfinite(gain)])
-    verdict = _said(*errors, chance)
+    verdict = _pupil_verdict(*errors, chance)
     test = PupilTest(p_value, *errors, chance, *pupil_shift(best, boards), verdict)
-    return AskedLaw(law, central, bent, test)
+    return TestedLaw(law, central, bent, test)
 
 
 def agreed(own, other, boards):
-    """PupilTest of one AskedLaw in view of that of another law."""
+    """PupilTest of one TestedLaw in view of that of another law."""
     if own.test.verdict == other.test.verdict:
         return own.test
     if _error_px(own, boards) <= _error_px(other, boards):
@@ -289,7 +289,7 @@ def agreed(own, other, boards):
     return own.test._replace(verdict=UNDECIDED, against=other.law)
 
 
-def _said(central_px, moving_px, chance):
+def _pupil_verdict(central_px, moving_px, chance):
     if not moving_px < central_px:
         return RESTS
     if (
@@ -315,7 +315,7 @@ def _ratio_test(central, moving, boards):
 def _best(fits, boards):
     """Fit with the best prediction of held-out boards, and its mean squares (n,)
     px^2."""
-    tried = [(fit, kept_out_squares(fit, boards)) for fit in fits]
+    tried = [(fit, held_out_squares(fit, boards)) for fit in fits]
     return min(tried, key=lambda each: _rms(each[1], boards))
 
 
@@ -537,8 +537,8 @@ def _boards_of(views, method):
 
 
 @lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
-def _asked(law, given, flat):
-    """_Proposal of a central lens, and the AskedLaw on its pupil."""
+def _tested_law(law, given, flat):
+    """_Proposal of a central lens, and the TestedLaw on its pupil."""
     central = _shaped(law, start_of(given), given.boards, 0, flat)
     return central, pupil_test(law, central.fit, given.boards)
 
@@ -548,11 +548,11 @@ def _proposed(law, given, flat=False):
     """_Proposal of a central lens; then, if all tests support it, that of one with a
     pupil shift."""
     boards = given.boards
-    central, asked = _asked(law, given, flat)
+    central, asked = _tested_law(law, given, flat)
     test = asked.test
     for other in LAWS:
         if test.p_value <= PUPIL_P_THRESHOLD and other != law:
-            test = agreed(asked, _asked(other, given, flat)[1], boards)
+            test = agreed(asked, _tested_law(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
         # A pupil shift may have appeared as a bent board.
@@ -580,8 +580,8 @@ def _completed(proposal, boards, views, width, height):
     formula, result = proposal.fit
     # Copies: callers must not change the cached values.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
-    told = covariance_of(proposal.fit, boards)
-    spread = float(np.sqrt(told.estimated[0, 0]) / values[0])
+    clustered = covariance_of(proposal.fit, boards)
+    spread = float(np.sqrt(clustered.estimated[0, 0]) / values[0])
     if not spread < MAX_FOCAL_LENGTH_SD:
         raise CalibrationError(
             f"{formula.base}: the focal length has a standard deviation of "
@@ -611,8 +611,8 @@ def _completed(proposal, boards, views, width, height):
         )
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
     return LensCalibration(
-        camera, poses, rms, formula, values, told.covariance, told.factor, wrong,
-        proposal.pupil, proposal.board,
+        camera, poses, rms, formula, values, clustered.covariance, clustered.factor,
+        wrong, proposal.pupil, proposal.board,
     )  # fmt: skip
 
 
@@ -686,7 +686,7 @@ def calibrate_pinhole(
         fx, fy, cx, cy, *radial = values[: len(PINHOLE.names)]
         K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         camera = PerspectiveCamera(K, radial, width, height)
-    told = covariance_of(fit, boards)
+    clustered = covariance_of(fit, boards)
     return PinholeCalibration(
-        camera, poses, fit.formula, values, told.covariance, told.factor, test
+        camera, poses, fit.formula, values, clustered.covariance, clustered.factor, test
     )

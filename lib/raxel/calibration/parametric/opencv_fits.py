@@ -14,11 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.correspondence import (
-    BoardView,
-    check_view,
-    refuse_parallel,
-)
+from raxel.calibration.views.correspondence import BoardView, check_tilts, check_view
 from raxel.calibration.views.dense import DenseView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.cameras.lenses.perspective import PerspectiveCamera
@@ -139,7 +135,7 @@ def calibrate_zhang(
         )
     camera = PerspectiveCamera(K, radial, width, height)
     rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
-    refuse_parallel(rotations, "Zhang's method", needed=2)
+    check_tilts(rotations, "Zhang's method", needed=2)
     poses = pose(rotations, np.array(shifts).reshape(-1, 3))
     return ZhangCalibration(camera, poses, float(rms))
 

@@ -88,7 +88,7 @@ def _add(of_pixel, x, y, z, weight):
 MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
 
 
-def refuse_parallel(rotations, method, needed):
+def check_tilts(rotations, method, needed):
     """Raise CalibrationError without ``needed`` (2 or 3) boards tilted pairwise.
 
     rotations: (n, 3, 3) of the fitted boards in any common frame; method: for the
@@ -148,7 +148,9 @@ def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
             continue
         radius = np.sqrt(np.nanmean(np.nanvar(view.pixels, axis=0)))
         near = [
-            j for j in kept if _apart(views[j], view) <= DUPLICATE_DISTANCE * radius
+            j
+            for j in kept
+            if _corner_distance(views[j], view) <= DUPLICATE_DISTANCE * radius
         ]
         if near:
             first[k] = near[0]
@@ -157,7 +159,7 @@ def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
     return first
 
 
-def _apart(one, other):
+def _corner_distance(one, other):
     """RMS distance in px along an axis of common corners; infinite for different boards
     or fewer than half in common."""
     if one.pixels.shape != other.pixels.shape:

@@ -119,7 +119,7 @@ class DenseView(NamedTuple):
     sd : ndarray, shape (N,), or None
         Standard deviations, px, from `sigma`.
     location : ndarray of float32, shape (H, W, 2)
-        Point of each pixel; NaN where there is none.
+        Point of each pixel; NaN without one.
     sigma : ndarray of float32, shape (H, W, 2)
         Standard deviations of the points, in the same unit.
     whole : ndarray of bool, shape (H - 1, W - 1)

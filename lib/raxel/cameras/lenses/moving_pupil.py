@@ -162,7 +162,7 @@ class AxialCamera(NamedFields, Camera):
         return self._lens.project(np.where(clear[:, None], from_pupil, np.nan))
 
     def _angles(self, across, z):
-        """theta of the ray through (across, z); NaN where there is none.
+        """theta of the ray through (across, z); NaN without one.
 
         (z - z0) sin(theta) - across cos(theta) rises through zero there: Newton
         inside a bracket that bisection maintains.

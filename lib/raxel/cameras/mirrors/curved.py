@@ -161,7 +161,7 @@ CHART_MARGIN = 1.5
 
 
 def reflection_points(mirror, points, arrivals, accept):
-    """Mirror points (N, 3) of scene points (N, 3), NaN where there is none.
+    """Mirror points (N, 3) of scene points (N, 3), NaN without one.
 
     mirror: `ConicMirror`, everything in its frame, mm. arrivals(M (n, 3)) gives unit
     directions (n, 3) from the viewer to M and the curvature of their wave front (n,),

@@ -92,7 +92,7 @@ def fit_cylinder(points: ArrayLike, sigma: ArrayLike | None = None) -> CylinderF
         deviations.
     """
     points = checked_points("cylinder", points, 3, MIN_N_POINTS)
-    _refuse_flat(points)
+    _check_flat(points)
     step = -(-len(points) // N_SEARCH_POINTS)
     starts = _refined(_by_direction(points[::step])[None], points[None])[0]
     gaps = np.sum(cylinder_distances(starts, points) ** 2, axis=1)
@@ -237,7 +237,7 @@ def _as_fit(fit, points):
     return CylinderFit(T, radius, fit.covariance, residuals, fit.sigma)
 
 
-def _refuse_flat(points):
+def _check_flat(points):
     values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if not values[2] > COLLINEARITY_TOL * values[0]:
         raise InputError(

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.stages import check_apart, check_beside
+from raxel.calibration.mirror.stages import check_clamp_line, check_distinct_positions
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
 from tests.raised import raises_code
@@ -35,9 +35,9 @@ def test_two_places_of_a_monitor_are_at_least_a_centimetre_apart(apart_mm, refus
 
     if refused:
         with raises_code("same-place"):
-            check_apart(SimpleNamespace(motion=motion), monitors())
+            check_distinct_positions(SimpleNamespace(motion=motion), monitors())
     else:
-        check_apart(SimpleNamespace(motion=motion), monitors())
+        check_distinct_positions(SimpleNamespace(motion=motion), monitors())
         assert len(asked) == 3
     # In the middle of what is seen.
     np.testing.assert_allclose(asked, np.tile([10.0, 20.0], (len(asked), 1)))
@@ -65,6 +65,6 @@ def test_a_line_may_leave_more_of_the_mirror_beyond_it_if_it_hides(
     line = SimpleNamespace(angle=np.pi / 2 if turned else 0.0, ends=ends)
     if refused:
         with pytest.raises(InputError, match=f"{100 * share:.0f} % of the pixels"):
-            check_beside(line, VIEWER, [view], hidden)
+            check_clamp_line(line, VIEWER, [view], hidden)
     else:
-        check_beside(line, VIEWER, [view], hidden)
+        check_clamp_line(line, VIEWER, [view], hidden)

@@ -157,7 +157,7 @@ def test_residuals_move_with_their_places_in_the_picture(quantity):
     c = 1.01 * camera.coefficients.ravel("F")
     inside = np.all(np.abs(p - p.mean(axis=0)) < 0.3 * np.ptp(p, axis=0), axis=1)
     p, points, step = p[inside], points[inside], 1e-5
-    slopes = RayPoints(p, camera.grid, quantity).picture_jacobian(c, points)
+    slopes = RayPoints(p, camera.grid, quantity).image_jacobian(c, points)
     off = [
         RayPoints(p + sign * step * np.array([0.6, -0.8]), camera.grid, quantity)
         for sign in (1, -1)

@@ -12,7 +12,7 @@ from raxel.calibration.mirror.stages import (
     DEFAULT_SETTINGS,
     _outline,
     calibrate_mirror,
-    check_two_pictures,
+    check_distinct_images,
 )
 from raxel.errors import CalibrationError, InputError
 from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
@@ -214,5 +214,5 @@ def test_a_monitor_shown_twice_in_one_place_is_told_though_pixels_stray():
     again[:30] += 80
     again[-5:] = np.nan
     with pytest.raises(CalibrationError, match="same points of the monitor in near"):
-        check_two_pictures(np.stack([once, again]), grids)
-    check_two_pictures(np.stack([once, once + [5.0, 0.0]]), grids)
+        check_distinct_images(np.stack([once, again]), grids)
+    check_distinct_images(np.stack([once, once + [5.0, 0.0]]), grids)

@@ -19,7 +19,7 @@ from raxel.calibration.mirror.refine import (
     MAX_SWING_DEG,
     PRIOR_MM,
     ray_sd,
-    turns_if_even,
+    turns_under_prior,
 )
 from raxel.calibration.mirror.update import (
     MISFIT_CORRELATION,
@@ -276,14 +276,14 @@ def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
     free[-1] = 1.0
     for known, share in ((1.0, 1.0), (1e-8, 0.0)):
         covariance = known * np.diag((0.1 * free * c).ravel("F") ** 2)
-        turns = turns_if_even(
+        turns = turns_under_prior(
             grid, "inverse depth", c.ravel("F"), covariance, evenly
         )  # fmt: skip
         # In micrometres, the prior says the same.
         small = evenly._replace(
             rows=1e3 * evenly.rows, values=1e3 * evenly.values, sd=1e3 * evenly.sd
         )
-        same = turns_if_even(grid, "inverse depth", c.ravel("F"), covariance, small)
+        same = turns_under_prior(grid, "inverse depth", c.ravel("F"), covariance, small)
         assert list(same.values()) == pytest.approx(list(turns.values()), rel=1e-6)
         assert turns[("u", -1, "last")] == pytest.approx(share * off, rel=0.2, abs=0.1)
         assert turns[("u", 0, "first")] < 0.1
