@@ -118,7 +118,8 @@ def shape_line(test, unit, target):
     if test is None:
         return (
             f"shape of the {target}: taken as stated; to ask takes "
-            f"{MIN_N_SHAPE_IMAGES} {target}s at other places and a formula, or smooth rays on one"
+            f"{MIN_N_SHAPE_IMAGES} {target}s at other places and a formula, or smooth "
+            "rays on one"
         )
     wide, high = 2 * test.shape.half
     (bend_x, bend_y, twist), stretch = test.shape.values[:3], test.shape.values[3]

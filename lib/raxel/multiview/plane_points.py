@@ -6,6 +6,7 @@ rays are intersected with the plane; points, a circle and whole images follow.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -313,7 +314,7 @@ def plane_image(
     image: np.ndarray,
     T_camera_plane: ArrayLike,
     corner: ArrayLike,
-    size: ArrayLike,
+    size: Sequence[float] | NDArray[np.float64],
     per_px: float,
 ) -> tuple[np.ndarray, NDArray[np.bool_]]:
     """Return a camera's image laid out on a plane, without its distortion.
@@ -412,8 +413,8 @@ def view_of_plane(
     camera: Camera,
     T_camera_plane: ArrayLike,
     per_px: float,
-    corner: ArrayLike | None = None,
-    size: ArrayLike | None = None,
+    corner: Sequence[float] | NDArray[np.float64] | None = None,
+    size: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> PerspectiveView:
     """Return the pinhole nearest to a camera's rays that views a part of a plane.
 
@@ -453,7 +454,9 @@ def view_of_plane(
             f"near-perspective view: found a scale of {per_px}; give a length above 0"
         )
     if (corner is None) != (size is None) or (
-        corner is not None and not np.shape(corner) == np.shape(size) == (2,)
+        corner is not None
+        and size is not None
+        and not np.shape(corner) == np.shape(size) == (2,)
     ):
         raise InputError(
             f"near-perspective view: found corner {corner} and size {size}; give both, "

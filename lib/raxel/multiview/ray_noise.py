@@ -251,8 +251,8 @@ class MatchedRays(NamedTuple):
         RMS distance of the rays from the centre, mm; 0 if all pass through it.
     """
 
-    rays_1: object
-    rays_2: object
+    rays_1: NoisyRays
+    rays_2: NoisyRays
     centre: np.ndarray
     spread: float
 

@@ -10,6 +10,7 @@ pinhole camera whose image plane is the grid.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numba
@@ -55,7 +56,7 @@ class PerspectiveView(NamedTuple):
     width: int
     height: int
 
-    def directions(self, pixels: ArrayLike) -> NDArray[np.float64]:
+    def directions(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return unit directions (N, 3), in the camera frame, of pixels (N, 2)."""
         homogeneous = np.column_stack((pixels, np.ones(len(pixels))))
         straight = homogeneous @ np.linalg.inv(self.K).T
@@ -407,7 +408,7 @@ def remap_to_plane(
     location: ArrayLike,
     sigma: ArrayLike | None,
     mask: ArrayLike | None,
-    size_mm: ArrayLike,
+    size_mm: Sequence[float] | NDArray[np.float64],
     mm_per_px: float,
 ) -> tuple[np.ndarray, NDArray[np.bool_]]:
     """Return what a camera sees as an image of the plane of an active grid.

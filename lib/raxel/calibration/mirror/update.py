@@ -188,7 +188,7 @@ def update_mirror(
     before: SplineMirrorCamera,
     pixels_before: ArrayLike,
     pixels_after: ArrayLike,
-    points: ArrayLike,
+    points: NDArray[np.float64],
     clamp: Clamp | FixedLine,
     settings: MirrorSettings | None = None,
     *,
