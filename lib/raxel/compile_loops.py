@@ -67,20 +67,20 @@ def compile_loops():
     scene, optics = board_scene(BOARD, T_camera_board), Optics(blur_sd_px=(0.8, 0.8))
     for well in (10_000, 100_000):
         laboratory = Laboratory(CAMERA, Sensor(0.8 * well, well), optics)
-        picture = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+        image = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
     points = on_plane(BOARD.points())
     true = CAMERA.project(transform(T_camera_board, points)).pixels
     clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]
     view = BoardView(true, BOARD.points(), BOARD.columns, BOARD.rows)
     ray_table([view], T_camera_board[None], np.zeros(3), CAMERA.width, CAMERA.height)
-    celect(picture, clicks, BOARD.columns, BOARD.rows)
-    find_board(picture)
+    celect(image, clicks, BOARD.columns, BOARD.rows)
+    find_board(image)
     patterns = patterns_of(plan_of_cells(MONITOR_PX, cells=4, phase_steps=4))
     shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
     for depth in (np.uint8, np.uint16):
-        pictures = np.array(shown, depth)
+        images = np.array(shown, depth)
         grid = ActiveGrid(MONITOR_PX)
-        decoded = decode(pictures, patterns, grid, neighbours=True, fill=True)
+        decoded = decode(images, patterns, grid, neighbours=True, fill=True)
     pixels_of(decoded.location, np.array([[9.0, 9.0]]))
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
@@ -94,7 +94,7 @@ def compile_loops():
     _adjust_grids()
     _smooth_rays()
     _look_up_rays()
-    return find_board(picture, BOARD.columns, BOARD.rows).corners
+    return find_board(image, BOARD.columns, BOARD.rows).corners
 
 
 def _adjust_grids():

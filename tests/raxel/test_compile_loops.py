@@ -1,4 +1,4 @@
-"""What is compiled ahead is what a picture and two detectors run through."""
+"""What is compiled ahead is what an image and two detectors run through."""
 
 import sys
 
@@ -36,10 +36,10 @@ def test_a_larger_board_compiles_nothing_more():
     before = compiled()
     assert sum(before.values()) > 10
     squares = np.kron(np.indices((9, 11)).sum(axis=0) % 2, np.ones((40, 40)))
-    picture = np.pad(40 + 170 * squares, 60, constant_values=210)
-    picture = cv2.GaussianBlur(picture, (0, 0), 1.2).astype(np.uint8)
+    image = np.pad(40 + 170 * squares, 60, constant_values=210)
+    image = cv2.GaussianBlur(image, (0, 0), 1.2).astype(np.uint8)
     u, v = 99.5 + 40 * np.array([0, 9]), 99.5 + 40 * np.array([0, 7])
     clicks = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]
-    assert find_board(picture, 10, 8).found
-    assert celect(picture, clicks, 10, 8).found
+    assert find_board(image, 10, 8).found
+    assert celect(image, clicks, 10, 8).found
     assert {name: n for name, n in compiled().items() if n != before.get(name)} == {}

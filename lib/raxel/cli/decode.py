@@ -45,7 +45,7 @@ def decode(options, say):
 
 
 def _write(folder, label, found, target):
-    decoded, picture = found.decoded, found.picture
+    decoded, picture = found.decoded, found.image
     write_points(folder / f"{label}.npz", decoded)
     if picture.dtype == np.uint16:
         picture = (picture >> 8).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Whether scenes can be drawn here: pyvista is there, and OpenGL for pictures.
+"""Whether scenes can be drawn here: pyvista is there, and OpenGL for images.
 
 VTK without OpenGL does not raise, it ends the process. So it is tried out in a process
 of its own. Pages need no OpenGL: the reader's browser draws them.
@@ -62,7 +62,7 @@ def rendering_missing() -> str:
         return packages_missing()
     if not _draws():
         return (
-            "3-D pictures need OpenGL, which does not work here; run: "
+            "3-D images need OpenGL, which does not work here; run: "
             f"apt-get install {GL_PACKAGES}"
         )
     return ""

@@ -1,6 +1,6 @@
 """Light on a board: how much of it arrives, how evenly, and what shades it.
 
-A rig's `light` gives ranges; each picture draws its own light from them.
+A rig's `light` gives ranges; each image draws its own light from them.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ REACH = 4
 
 @dataclass(frozen=True)
 class Blemishes:
-    """Spots of a specimen, the same in all its pictures; glare, drawn for each.
+    """Spots of a specimen, the same in all its images; glare, drawn for each.
 
-    spots: how many on the whole picture; spot_radius: px; spot_cover: share of the
+    spots: how many on the whole image; spot_radius: px; spot_cover: share of the
     scene's light that a spot hides; spot_radiance: what it sends instead (dirt is
     dark, a pit that shows a lamp is bright). glare: how many patches of light lie over
-    a picture, as a lamp's reflection in a clear tube or a dull mirror makes them;
+    an image, as a lamp's reflection in a clear tube or a dull mirror makes them;
     glare_radius: their SD, px; glare_radiance: at their middles; glare_within: px from
-    the middle of the picture. haze: share of the picture's mean light that is spread
+    the middle of the image. haze: share of the image's mean light that is spread
     evenly over the mirror or glass. All but `spots` and `haze` are (least, greatest).
     """
 
@@ -56,10 +56,10 @@ class Blemishes:
                 )
 
     def apply(self, irradiance, mirror, specimen, rng):
-        """The picture (H, W) or (H, W, 3) with them, a new array.
+        """The image (H, W) or (H, W, 3) with them, a new array.
 
         mirror: (H, W), above 0 where there is mirror or glass to bear spots; specimen,
-        rng: numpy Generators, for what belongs to the rig and to the picture.
+        rng: numpy Generators, for what belongs to the rig and to the image.
         """
         out = np.array(irradiance, np.float32)
         mean = float(out.mean())
@@ -87,7 +87,7 @@ class Blemishes:
 
 
 class _Spot(NamedTuple):
-    """place, middle: its part of a picture, and (row, column) of its middle; share
+    """place, middle: its part of an image, and (row, column) of its middle; share
     (h, w): how much of the light it hides there."""
 
     place: tuple[slice, slice]
@@ -98,9 +98,9 @@ class _Spot(NamedTuple):
 
 @lru_cache(maxsize=4)
 def _spots(blemishes, size, draws):
-    """The `_Spot`s of a specimen on pictures of a size (height, width).
+    """The `_Spot`s of a specimen on images of a size (height, width).
 
-    draws: bytes of (n, 5) uniform numbers. All pictures of a specimen have the same
+    draws: bytes of (n, 5) uniform numbers. All images of a specimen have the same
     spots, so they are kept for the next one.
     """
     height, width = size
@@ -124,7 +124,7 @@ def _between(limits, share):
 
 
 def _around(size, middle, reach):
-    """The part of a picture within `reach` px of a point, and distances (h, w) there.
+    """The part of an image within `reach` px of a point, and distances (h, w) there.
 
     The part is an index of arrays of this size (height, width).
     """
@@ -141,12 +141,12 @@ WHITE = (1.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class Lighting:
-    """Ranges (least, greatest) from which the light of one picture is drawn.
+    """Ranges (least, greatest) from which the light of one image is drawn.
 
     tint: red, green and blue of lamps and mirror together; only ratios count. level:
     share of the scene's light that reaches the board's middle. slope: by how much,
     as a share, the light rises from one end of the board to the other, in any
-    direction. shadow_chance: share of pictures with a soft shadow on the board;
+    direction. shadow_chance: share of images with a soft shadow on the board;
     shadow_depth: share of the light it takes; shadow_radius: mm; shadow_edge: SD of
     its edge, mm. Its middle lies anywhere on the board. surround: radiance of what the
     camera sees beside its mirror.
@@ -179,20 +179,20 @@ class Lighting:
 
     @property
     def coloured(self):
-        """Whether pictures in this light are not grey."""
+        """Whether images in this light are not grey."""
         return len(set(self.tint)) > 1
 
     def tinted(self, irradiance):
         """Irradiance (H, W) or (H, W, 3) as (H, W, 3) in the lamps' tint.
 
-        A grey picture keeps its luminance.
+        A grey image keeps its luminance.
         """
         tint = np.array(self.tint) / (LUMINANCE @ self.tint)
         grey = irradiance.ndim == 2
         return (irradiance[..., None] if grey else irradiance) * tint.astype(np.float32)
 
     def draw(self, rng, extent):
-        """The `BoardLight` of one picture; extent: (corner (2,), size (2,)), mm."""
+        """The `BoardLight` of one image; extent: (corner (2,), size (2,)), mm."""
         corner, size = extent
         level, slope = rng.uniform(*self.level), rng.uniform(*self.slope)
         turn = rng.uniform(0, 2 * np.pi)

@@ -4,7 +4,7 @@ It names four rigs (`raxel.lab.rig`) that share one camera: the camera before a 
 the mirror before an active grid, the camera before the plate with the flat mirror, and
 the mirror before the board of the steps. Beside them it says how far the mirror is bent
 at each stage, what it has instead of what the rig says, how well the clamp is picked,
-and how little light the pictures of each level of noise have.
+and how little light the images of each level of noise have.
 """
 
 import itertools
@@ -76,10 +76,10 @@ def camera_in_platter(viewer, ring, T_camera_board):
 
 
 def photograph_plate(rig, ring, T_camera_board, rng):
-    """The picture (H, W) of the board with the ring, which shows a dark room.
+    """The image (H, W) of the board with the ring, which shows a dark room.
 
     rig: a Rig of a central camera before the board; ring: PlatterRing; T_camera_board:
-    (4, 4), mm; rng: numpy Generator of the picture's noise.
+    (4, 4), mm; rng: numpy Generator of the image's noise.
     """
     scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
     disc = Disc(T_camera_board @ ring.T_board_mirror(), ring.radius_mm, ring.hub_mm)
@@ -111,7 +111,7 @@ class MirrorSetRig:
     viewer, grids, plate, steps: Rigs; ring: the PlatterRing on the plate's board;
     changes: arguments of the FlexibleMirrorCamera by name, instead of those of grids;
     stages: (k + 1, loads) mm; picks, pick_sd_px: of the clamp; light: name of a level
-    of noise -> share of the rigs' light that pictures of boards have, and those of
+    of noise -> share of the rigs' light that images of boards have, and those of
     the monitor's patterns; the first is the default.
     """
 
@@ -318,7 +318,7 @@ def _same_rays(first, second):
 # scores.
 
 
-# Streams of random numbers, so that no draw depends on how many came before. Pictures
+# Streams of random numbers, so that no draw depends on how many came before. Images
 # of one are counted from 1: a stream that ends in 0 is the same as without it.
 VIEWER, GRIDS, PLATTER, PLATE, STEPS, CLAMP, SPECIMEN = range(7)
 
@@ -383,7 +383,7 @@ def _write_primary(rig, camera, folder, seed, say):
 
 
 def _write_steps(rig, cameras, folder, seed, say):
-    """(steps for mirror.yaml, true poses by picture)"""
+    """(steps for mirror.yaml, true poses by image)"""
     folder.mkdir()
     steps, poses = [], {}
     for k, pair in enumerate(itertools.pairwise(cameras), 1):

@@ -226,7 +226,7 @@ def _blended(one, two, width=0.06):
 
 @lru_cache(maxsize=4)
 def _picture(steepness, width, px_mm):
-    """The painted and lit surface: picture (rows, columns, 3), mm of its pixels."""
+    """The painted and lit surface: image (rows, columns, 3), mm of its pixels."""
     columns = max(round(width / px_mm), 2)
     rows = round(TALL * columns)
     x = (np.arange(columns) + 0.5) * 2 / columns - 1

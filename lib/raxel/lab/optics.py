@@ -1,4 +1,4 @@
-"""What a lens does to a picture on its way to the sensor: shade, smear and colour it.
+"""What a lens does to an image on its way to the sensor: shade, smear and colour it.
 
 Everything is linear in radiance. Radii are pixels from the optical centre, or shares of
 the half diagonal, as each function says.
@@ -194,9 +194,9 @@ def visible_share(camera, T_world_camera, surface, most=200_000):
     return float(np.mean(rays.valid & np.isfinite(hit.distance)))
 
 
-# A part of a rig's picture as a picture of its own. Where a mirror fills only some of
-# a large picture, the rest costs time and memory and shows nothing. A windowed rig
-# renders the rectangle alone: pixel (0, 0) of its pictures is pixel (window.u,
+# A part of a rig's image as an image of its own. Where a mirror fills only some of
+# a large image, the rest costs time and memory and shows nothing. A windowed rig
+# renders the rectangle alone: pixel (0, 0) of its images is pixel (window.u,
 # window.v) of the whole one, and lens and sensor treat it as they would there.
 
 
@@ -205,7 +205,7 @@ MARGIN_PX = 16
 
 
 class WindowedCamera(Camera):
-    """The part `window` (a `Crop`) of a camera's picture. It is never written to disk.
+    """The part `window` (a `Crop`) of a camera's image. It is never written to disk.
 
     Pixels count from the window's own first pixel.
     """
@@ -237,11 +237,11 @@ class WindowedCamera(Camera):
         return Projection(pixels - self._first, valid)
 
     def _fields(self):
-        raise InputError(f"{self.kind}: a window of a picture; save the camera itself")
+        raise InputError(f"{self.kind}: a window of an image; save the camera itself")
 
     @classmethod
     def _from_file(cls, file):
-        raise InputError(f"{cls.kind}: no file holds a window of a camera's picture")
+        raise InputError(f"{cls.kind}: no file holds a window of a camera's image")
 
 
 def windowed(rig: raxel.lab.Rig, window: Crop) -> raxel.lab.Rig:
@@ -308,7 +308,7 @@ def window_around(
     inside = pixels[camera.in_image(pixels)]
     if not len(inside):
         raise InputError(
-            "window: nothing of it is in the picture; turn the camera",
+            "window: nothing of it is in the image; turn the camera",
             code="outside-image",
         )
     low = np.floor(np.nanmin(pixels, axis=0)) - margin_px
@@ -392,7 +392,7 @@ MOST_EVEN_STEPS = 64
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
 TAPS = 6
-# Weights of blur that are kept for the next picture: 270 MB.
+# Weights of blur that are kept for the next image: 270 MB.
 REMEMBERED = 1 << 26
 # Steeper curves overflow.
 LEAST_STEP = 1e-6
@@ -637,7 +637,7 @@ def gaussian_blur(image, variance):
 
 
 def magnified(image, scale, centre):
-    """The picture (H, W) drawn larger by `scale` about `centre` (2,).
+    """The image (H, W) drawn larger by `scale` about `centre` (2,).
 
     Rows and columns are resampled one after the other at the exact places, by the
     polynomial through the six nearest pixels; it leaves straight ramps straight, and so
@@ -651,7 +651,7 @@ def magnified(image, scale, centre):
 
 
 def _stretched(image, scale, centre, axis):
-    """The rows (axis 0) or columns of a picture moved apart about `centre`."""
+    """The rows (axis 0) or columns of an image moved apart about `centre`."""
     count = image.shape[axis]
     source = centre + (np.arange(count) - centre) / scale
     first = np.floor(source).astype(int) - TAPS // 2 + 1

@@ -189,7 +189,7 @@ def _smooth(uv):
     return good
 
 
-# Peak of memory for one pixel: the picture and what is kept beside it.
+# Peak of memory for one pixel: the image and what is kept beside it.
 BYTES_RENDERED, BYTES_TRACED = 16, 96
 # A centre farther from the middle of its pixel's corners than this share of the
 # footprint betrays a jump of the camera's map inside the pixel.
@@ -440,7 +440,7 @@ def lit_pixels(traced, number):
     """Pixels that see one region of part `number` alone, and where on it they look.
 
     For textures of one region that know their means (`Texture.averages`). Returns flat
-    indices (N,) in the picture; uv, across, down (N, 2) mm, middle and sides of their
+    indices (N,) in the image; uv, across, down (N, 2) mm, middle and sides of their
     footprints; cosine (N,).
     """
     width = traced.viewer.raster.width

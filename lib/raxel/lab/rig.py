@@ -158,28 +158,28 @@ class ShiftedLens(Camera):
         raise InputError(f"{cls.kind}: no file holds a camera whose lens has moved")
 
 
-# What no picture of a rig could show: limits that join several of its numbers. The
-# schema bounds each number alone. Here each is held against the size of the picture
+# What no image of a rig could show: limits that join several of its numbers. The
+# schema bounds each number alone. Here each is held against the size of the image
 # or of the target, before anything is computed with it.
 
 
 # Peak memory of one pixel on its way through lens and sensor, per channel.
 BYTES_PER_PIXEL = 150
 # Blur of such an SD, as a share of the shorter side, spreads a point over a sixth of
-# the picture: nothing of a target is left to find.
+# the image: nothing of a target is left to find.
 MOST_BLUR = 1 / 40
-# An optical centre so many pictures away from the picture is none of this picture.
+# An optical centre so many images away from the image is none of this image.
 FARTHEST_CENTRE = 1.0
 # Of a square or of a monitor's period: less has no middle.
 LEAST_PX = 2
 # Of the shorter side: a lens that moves farther has come off.
 MOST_SHIFT = 0.1
-# How often spots may cover the picture over and over.
+# How often spots may cover the image over and over.
 MOST_COVERS = 10
 
 
 def check_memory(camera, sensor):
-    """Raise InputError where a picture takes more than half of the memory."""
+    """Raise InputError where an image takes more than half of the memory."""
     channels = 3 if "bayer" in sensor else 1
     need = camera.width * camera.height * BYTES_PER_PIXEL * channels
     if need > physical_memory() / 2:
@@ -191,7 +191,7 @@ def check_memory(camera, sensor):
 
 
 def check_limits(camera, optics, blemishes, target, poses):
-    """Raise InputError, with the section's field, for what no picture can show.
+    """Raise InputError, with the section's field, for what no image can show.
 
     camera: the rig's; optics: its Optics; blemishes: its Blemishes; target, poses: the
     sections' values by name.
@@ -959,7 +959,7 @@ def _check_monitor_is_plain(path, data, is_board):
     for section in ("light", "blemishes"):
         if section in data and not is_board:
             raise InputError(
-                f"{path}: {section}: found with an active grid; only pictures of a "
+                f"{path}: {section}: found with an active grid; only images of a "
                 "chessboard have it"
             )
 

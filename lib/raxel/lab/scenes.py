@@ -170,8 +170,8 @@ def room(
     """Return a furnished room with many straight edges; the same at every call.
 
     World frame, mm: origin in the middle of the room at `eye` above the floor, x right,
-    y down, z ahead. Ahead: two windows; right: a bookcase; behind: pictures and a
-    cupboard; left: a door and a picture; tiles on the floor, a table, a column.
+    y down, z ahead. Ahead: two windows; right: a bookcase; behind: images and a
+    cupboard; left: a door and an image; tiles on the floor, a table, a column.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def room(
     Returns
     -------
     TexturedScene
-        Straight edges: joints of the walls, window, door, picture and shelf frames.
+        Straight edges: joints of the walls, window, door, image and shelf frames.
     """
     left, back, top = -width / 2, -depth / 2, eye - height
     walls = [
@@ -246,11 +246,11 @@ def _books(niche, number):
 
 
 def _behind(corner, width, height):
-    pictures = [
+    images = [
         _picture(500, 600, 1100, 800, BOOKS[0], BOOKS[3]),
         _picture(width - 1500, 500, 900, 1100, BOOKS[1], BOOKS[6]),
     ]
-    patches = [(0, height - 120, width, height, SKIRTING), *chain(*pictures)]
+    patches = [(0, height - 120, width, height, SKIRTING), *chain(*images)]
     base = height - 900
     doors = [(1900 + 600 * k, base, 2480 + 600 * k, height - 60) for k in range(2)]
     patches.append((1880, base - 40, 3100, height, WOOD))
@@ -258,7 +258,7 @@ def _behind(corner, width, height):
     patches = shaded(patches, 0.72)
     ground = tuple(0.72 * np.array(PLASTER))
     part = wall(corner, -RIGHT, DOWN, width, height, ground, patches)
-    return part, [picture[0] for picture in pictures] + doors
+    return part, [image[0] for image in images] + doors
 
 
 def _left(corner, depth, height):
@@ -276,16 +276,16 @@ def _left(corner, depth, height):
     ]
     fields = [(*f, (0.22, 0.46, 0.48)) for f in fields]
     handle = (1680.0, height - 1080, 1760.0, height - 1040, BRASS)
-    picture = _picture(2700, 600, 1500, 1000, BOOKS[2], SKY[0])
+    image = _picture(2700, 600, 1500, 1000, BOOKS[2], SKY[0])
     patches = [(0, height - 120, depth, height, SKIRTING), frame, door, *fields]
-    patches = shaded([*patches, handle, *picture], 0.82)
+    patches = shaded([*patches, handle, *image], 0.82)
     ground = tuple(0.82 * np.array(PLASTER))
     part = wall(corner, AHEAD, DOWN, depth, height, ground, patches)
-    return part, [frame, door, *fields, picture[0]]
+    return part, [frame, door, *fields, image[0]]
 
 
 def _picture(x, y, width, height, colour, other):
-    """A gilt frame, a mount, and a picture of horizontal bands."""
+    """A gilt frame, a mount, and an image of horizontal bands."""
     inner = (x + 130, y + 130, x + width - 130, y + height - 130)
     third = (inner[3] - inner[1]) / 3
     return [
@@ -366,7 +366,7 @@ def _column(foot, height):
 # the upper left corner of the lit area, x right and y down. The value of a pattern
 # runs from 0 to 1; `response(value, cosine)` makes it radiance, so gamma and the
 # falloff with the viewing angle belong to the monitor (`raxel.lab.Monitor`). The lit
-# area is drawn as a continuous picture: the fine raster of its own pixels is left
+# area is drawn as a continuous image: the fine raster of its own pixels is left
 # out, but a Gray code's edges lie on the borders of its cells exactly.
 
 

@@ -1,6 +1,6 @@
 """From light on the sensor to the numbers in a file.
 
-Light is counted in electrons of one pixel of the picture. The order is that of nature:
+Light is counted in electrons of one pixel of the image. The order is that of nature:
 photons arrive at random, wells fill and overflow, reading adds its noise, and only then
 come the camera's own tone curve and the rounding.
 """
@@ -20,7 +20,7 @@ from raxel.lab.textures import LUMINANCE
 
 # Tone curve and rounding in one: the shares from which on a file has the next number.
 # Whole numbers of a curve that never falls are told by the shares at which they
-# change. Those are found once, to the last digit; then a picture is counted off,
+# change. Those are found once, to the last digit; then an image is counted off,
 # pixel by pixel.
 
 
@@ -61,9 +61,9 @@ def tone_steps(number_of, top):
 
 def counted(share, steps, kind):
     """Numbers of an integer `kind`, shaped as the float32 shares, by ToneSteps."""
-    picture = np.empty(share.shape, kind)
-    _count_into(picture.reshape(-1), share.reshape(-1), *steps)
-    return picture
+    image = np.empty(share.shape, kind)
+    _count_into(image.reshape(-1), share.reshape(-1), *steps)
+    return image
 
 
 def _rank(share):
@@ -79,14 +79,14 @@ def _share(rank):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _count_into(picture, share, steps, below):
+def _count_into(image, share, steps, below):
     for n in range(len(share)):
         x = share[n]
         # What is not a number has the first one.
         number = below[int(min(x, np.float32(1)) * CELLS) + 1] if x >= 0 else 0
         while number < len(steps) and steps[number] <= x:
             number += 1
-        picture[n] = number
+        image[n] = number
 
 
 # Values handled at once, so that the steps between stay in cache.
@@ -228,8 +228,8 @@ class Sensor:
             share = np.repeat(share[..., None], 3, axis=-1)
         elif not colour and share.ndim == 3:
             share = share @ LUMINANCE.astype(np.float32)
-        picture = self.develop(share)
-        return picture if self.jpeg is None else compressed(picture, self.jpeg)
+        image = self.develop(share)
+        return image if self.jpeg is None else compressed(image, self.jpeg)
 
     def read_out(
         self, irradiance: NDArray[np.floating], rng: np.random.Generator
@@ -372,19 +372,19 @@ def bloom(
     return charge
 
 
-def compressed(picture, quality):
-    """A picture (H, W) or (H, W, 3), uint8, after JPEG and back."""
+def compressed(image, quality):
+    """An image (H, W) or (H, W, 3), uint8, after JPEG and back."""
     import cv2
 
     # OpenCV takes blue first; the standard's luminance must see red as red.
-    picture = picture[..., ::-1] if picture.ndim == 3 else picture
-    as_file = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    image = image[..., ::-1] if image.ndim == 3 else image
+    as_file = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
     back = cv2.imdecode(as_file, cv2.IMREAD_UNCHANGED)
     return np.ascontiguousarray(back[..., ::-1]) if back.ndim == 3 else back
 
 
 def mosaic(image, pattern):
-    """One colour per pixel (H, W) of (H, W, 3); a grey picture looks alike in all."""
+    """One colour per pixel (H, W) of (H, W, 3); a grey image looks alike in all."""
     if image.ndim == 2:
         return image
     out = np.empty(image.shape[:2], image.dtype)
@@ -405,8 +405,8 @@ def demosaiced(raw, pattern):
     low, high = -0.25, 1.25
     number = np.clip((raw - low) / (high - low), 0, 1) * 65535
     code = getattr(cv2, f"COLOR_Bayer{DEMOSAIC[pattern]}2RGB")
-    picture = cv2.cvtColor(np.rint(number).astype(np.uint16), code)
-    return picture.astype(np.float32) / 65535 * (high - low) + low
+    image = cv2.cvtColor(np.rint(number).astype(np.uint16), code)
+    return image.astype(np.float32) / 65535 * (high - low) + low
 
 
 def _check_response(charge, value):

@@ -43,7 +43,7 @@ from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, advance, patterns_of
 
 # A photograph of a board by a rig: its light, its blemishes, and only its own rays.
 # What lies around a board is an even background, so rays are traced where the board
-# is and the rest of the picture is laid in.
+# is and the rest of the image is laid in.
 
 
 # Around the board's outline: blur and its repeated border pixels reach less far.
@@ -167,17 +167,17 @@ def saved(
 
 
 def _plain_photograph(rig, T_camera_board, rng):
-    """A picture in even light through clean glass, with every ray traced."""
+    """An image in even light through clean glass, with every ray traced."""
     scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
     colour = rig.sensor.bayer is not None
     return rig.laboratory().photograph(scene, np.eye(4), rng, colour=colour)
 
 
-def grey_of(picture: np.ndarray) -> np.ndarray:
+def grey_of(image: np.ndarray) -> np.ndarray:
     """Return an image (H, W) or (H, W, 3) in grey, (H, W), as OpenCV converts it."""
     import cv2
 
-    return picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
 
 
 def window_of(rig: Rig, T_camera_board: NDArray[np.float64]) -> Crop:
@@ -358,7 +358,7 @@ def photograph_patterns(
 
 
 def photograph_chessboard(rig, T_camera_target, seed):
-    """The picture of the chessboard that the rig's monitor shows in the same pose."""
+    """The image of the chessboard that the rig's monitor shows in the same pose."""
     target, size = rig.target, (rig.target.monitor_px, rig.target.monitor_mm)
     board = MonitorBoard(*size, target.chessboard, rig.monitor.radiance)
     scene = monitor_scene(target, T_camera_target, board, **rig.radiances)
@@ -469,36 +469,36 @@ def render_set(
     return load_set(out)
 
 
-def write_picture(path, picture):
-    """A picture (H, W) or (H, W, 3), red, green, blue, as PNG."""
+def write_picture(path, image):
+    """An image (H, W) or (H, W, 3), red, green, blue, as PNG."""
     import cv2
 
-    if picture.ndim == 3:
-        picture = picture[..., ::-1]
-    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(picture))[1].tobytes())
+    if image.ndim == 3:
+        image = image[..., ::-1]
+    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes())
 
 
 def _board_view(rig, T_camera_target, index, use, folder, seed):
     rng = np.random.default_rng([seed, NOISE, index])
     specimen = np.random.default_rng([seed, SPECIMEN])
-    picture = photograph_board(rig, T_camera_target, rng, specimen)
+    image = photograph_board(rig, T_camera_target, rng, specimen)
     name = f"view-{index:03d}.png"
-    write_picture(folder / name, picture)
+    write_picture(folder / name, image)
     return View(image=name, use=use)
 
 
 def _monitor_view(rig, T_camera_target, index, use, folder, seed):
     name = rig.view_name(index)
     (folder / name).mkdir()
-    pictures = photograph_patterns(rig, T_camera_target, [seed, NOISE, index])
+    images = photograph_patterns(rig, T_camera_target, [seed, NOISE, index])
     files, patterns = {}, []
     if rig.shows_chessboard(index):
-        picture = photograph_chessboard(rig, T_camera_target, [seed, NOISE, index])
+        image = photograph_chessboard(rig, T_camera_target, [seed, NOISE, index])
         files["chessboard"] = f"{name}/{CHESSBOARD}"
-        write_picture(folder / files["chessboard"], picture)
-    for key, picture in pictures:
+        write_picture(folder / files["chessboard"], image)
+    for key, image in images:
         label = key if isinstance(key, str) else key.image
-        write_picture(folder / name / label, picture)
+        write_picture(folder / name / label, image)
         if isinstance(key, str):
             files[key.removesuffix(".png")] = f"{name}/{label}"
         else:
@@ -552,7 +552,7 @@ def _corners_of_views(rig, labels, poses):
 def true_corners(rig, poses):
     """The projected corners in the form of a set's reference corners (corners.json).
 
-    poses: {label of the picture: T_camera_target (4, 4)}.
+    poses: {label of the image: T_camera_target (4, 4)}.
     """
     is_monitor = isinstance(rig.target, ActiveGrid)
     board = rig.target.chessboard if is_monitor else rig.target

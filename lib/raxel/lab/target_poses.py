@@ -1,7 +1,7 @@
 """Where a target stands before a camera: a list of poses, or a seeded distribution.
 
 Only poses that keep the target in view count. Whether they do is a matter of geometry:
-no picture is rendered and no detector asked.
+no image is rendered and no detector asked.
 """
 
 from __future__ import annotations

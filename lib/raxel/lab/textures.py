@@ -24,7 +24,7 @@ SMALLEST = 1e-30
 
 
 class Texture(abc.ABC):
-    """A picture on a surface; smooth, unless a subclass says otherwise."""
+    """An image on a surface; smooth, unless a subclass says otherwise."""
 
     # True where means over a pixel's footprint are known in closed form.
     averages = False

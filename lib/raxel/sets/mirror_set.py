@@ -314,8 +314,8 @@ def _clamp_faults(mirror_set):
     width, height = mirror_set.size
     for k, (u, v) in enumerate(points):
         if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
-            fault = f"found [{u:g}, {v:g}], outside a picture of {width} x {height} px"
-            yield ("clamp", "points", k), f"{fault}; pick it in the picture"
+            fault = f"found [{u:g}, {v:g}], outside an image of {width} x {height} px"
+            yield ("clamp", "points", k), f"{fault}; pick it in the image"
 
 
 def _step_faults(mirror_set):

@@ -484,7 +484,7 @@ GRIDS = Words(
     "point",
     "grid decoded",
     "views",
-    "check exposure and order of the pictures; raxel decode draws what each pixel sees",
+    "check exposure and order of the images; raxel decode draws what each pixel sees",
 )
 
 

@@ -324,7 +324,7 @@ def _inverses_alone(path, patterns):
         alone = pattern.kind == "gray" and (pattern.axis, pattern.bit) not in upright
         if alone:
             fault = f"bit {pattern.bit} of axis {pattern.axis} has only its inverse"
-            yield (*path, index), f"{fault}; add the picture with inverse: false"
+            yield (*path, index), f"{fault}; add the image with inverse: false"
 
 
 def _several_codes(path, patterns):

@@ -1,7 +1,7 @@
-"""Scenes in space, drawn by pyvista: pictures, and pages on which they turn.
+"""Scenes in space, drawn by pyvista: images, and pages on which they turn.
 
 Needs the extra `show` (`pip install raxel[show]`).
-`rendering_missing` returns what pictures need and is missing.
+`rendering_missing` returns what images need and is missing.
 Ready-made scenes: `camera_scene` here, `rigs.rig_scene` and `sets.set_scene`.
 """
 

@@ -539,7 +539,7 @@ def _name(text, points, gap):
     return Labels(place[None], [text], INK)
 
 
-# An image set as a scene: its camera, and targets where their pictures put them.
+# An image set as a scene: its camera, and targets where their images put them.
 
 
 FEWEST_VIEWS = 2
@@ -553,7 +553,7 @@ OTHER_CAMERA = (
 def set_scene(image_set, camera=None, say=None, boards=None):
     """Where the targets of a set stood before its camera, in the camera's frame.
 
-    camera: any of `raxel.cameras`; the boards found in the pictures are posed to fit
+    camera: any of `raxel.cameras`; the boards found in the images are posed to fit
     its rays. Without one, the truth of a rendered set is shown. A set with neither is
     calibrated by Zhang's method, which is quick and fits an ordinary lens; the note
     says which of the three it was, and with what error. say: a callable told one line
@@ -566,7 +566,7 @@ def set_scene(image_set, camera=None, say=None, boards=None):
     if isinstance(image_set.target, ActiveGrid):
         raise InputError(
             f"{image_set.description}: target.kind: found active_grid, and no truth "
-            "that says where it stood; boards alone are posed by their pictures: run "
+            "that says where it stood; boards alone are posed by their images: run "
             "raxel calibrate and raxel show CAMERA, or raxel show RIG for a rig"
         )
     check_chessboard(image_set)

@@ -1,6 +1,6 @@
 """A scene becomes meshes of pyvista: tubes, balls, cones and sheets.
 
-Everything is geometry, so that picture and page show the same thing with the same
+Everything is geometry, so that image and page show the same thing with the same
 occlusion. Widths and sizes, px, become lengths at the distance of `look_at`, and
 places are told from there, so that single precision is enough.
 """
@@ -52,7 +52,7 @@ def drawn_parts(scene):
     """The meshes of a scene, `Drawn`, one for all that is painted alike.
 
     They come in the order of the parts; labels have none. The last scene's are kept:
-    its picture and its page are usually made one after the other.
+    its image and its page are usually made one after the other.
 
     Raises SceneError where no part has anything to draw.
     """

@@ -27,7 +27,7 @@ from raxel.show.meshes import drawn_parts
 from raxel.show.scene import Labels, Points, Scene, SceneError, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg
 
-# The picture of a scene: shaded by pyvista off screen, with words and legend on it.
+# The image of a scene: shaded by pyvista off screen, with words and legend on it.
 
 
 # Width and height on a page, px; the file has FINER times as many each way.
@@ -50,7 +50,7 @@ class Theme(NamedTuple):
 THEMES = {"light": Theme("#ffffff", INK), "dark": Theme("#14181e", "#e6e9ed")}
 
 
-def picture(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> bytes:
+def image(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> bytes:
     """Render a scene as a PNG image, the same for the same scene and machine.
 
     Parameters
@@ -86,7 +86,7 @@ def picture_array(
 ) -> np.ndarray:
     """Render a scene as an array.
 
-    Parameters and errors are those of `picture`.
+    Parameters and errors are those of `image`.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def add_drawn(plotter, drawn, ink=INK):
     for part in drawn:
         texture = None
         if part.texture is not None:
-            # One picture for all sheets that show it.
+            # One image for all sheets that show it.
             key = id(part.texture)
             if key not in textures:
                 textures[key] = _texture(part.texture)
@@ -193,7 +193,7 @@ def legend_entries(scene):
 
 
 def _legend_rows(entries, width):
-    """Entries with their places along rows that fit into the picture's width."""
+    """Entries with their places along rows that fit into the image's width."""
     font = _font(FONT_PX)
     rows, x = [], 0
     for label, colour, mark in entries:
@@ -207,7 +207,7 @@ def _legend_rows(entries, width):
 
 
 def _written(scene, shaded, rows, strip, look):
-    """Words of the labels on the picture, and the legend below it."""
+    """Words of the labels on the image, and the legend below it."""
     from PIL import Image, ImageDraw
 
     height, width, _ = shaded.shape

@@ -15,7 +15,7 @@ from raxel.errors import InputError
 
 # What a sheet shows from behind, where that is no colour.
 SAME, CLEAR = "same", "clear"
-# Width over height of a usual picture.
+# Width over height of a usual image.
 ASPECT = 1.5
 
 
@@ -131,7 +131,7 @@ class Scene:
 
     Turning goes about `look_at`; `up` is what stays upright (camera frames have y
     downwards, hence the default). `note` says under the scene what to look for. Parts
-    of one label are hidden together. A picture whose width is less than `aspect` times
+    of one label are hidden together. An image whose width is less than `aspect` times
     its height is taken with a wider angle, and then shows as much. `raxel.show.framed`
     finds a view by itself.
     """

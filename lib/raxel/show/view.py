@@ -29,7 +29,7 @@ from raxel.show.scene import (
 # Targets in space: chessboards and monitors with what they show, sheets, polygons.
 
 
-# Pixels of a board's picture along one square; a border that is no multiple of a square
+# Pixels of a board's image along one square; a border that is no multiple of a square
 # is met to the nearest of them.
 TEXELS = 12
 BACK, BACK_OPACITY = "#aeb6c0", 0.3
@@ -147,18 +147,18 @@ def surface_texture(texture, corner, size, mm_per_px):
 
 
 def _stripes():
-    """A coarse picture of a Gray code: what a monitor of an active grid looks like."""
+    """A coarse image of a Gray code: what a monitor of an active grid looks like."""
     across, down = MONITOR_CELLS
     bright = (np.arange(down)[:, None] + np.arange(across)) // 2 % 2 == 0
     cells = np.where(bright, MONITOR_BRIGHT, MONITOR_DARK).astype(np.uint8)
     return np.kron(cells, np.ones((TEXELS, TEXELS), np.uint8))
 
 
-# Vertical angle of view of every picture and page, degrees: VTK's and vtk.js's own.
+# Vertical angle of view of every image and page, degrees: VTK's and vtk.js's own.
 VIEW_ANGLE_DEG = 30.0
-# Height of the picture, px, that sizes and widths of parts refer to.
+# Height of the image, px, that sizes and widths of parts refer to.
 NOMINAL_PX = 480
-# Share of the picture's height and width that the parts fill.
+# Share of the image's height and width that the parts fill.
 FILLED = 0.9
 INK = "#1b1f24"
 # Looking ahead, a little down and to the right: camera frames have y downwards, so one
@@ -254,24 +254,24 @@ def _fitted(seen, aspect):
 
 
 def mm_per_px(scene):
-    """Length that one px of a nominal picture has at the distance of `look_at`."""
+    """Length that one px of a nominal image has at the distance of `look_at`."""
     distance = np.linalg.norm(np.subtract(scene.look_at, scene.view_from))
     return 2 * distance * np.tan(np.radians(VIEW_ANGLE_DEG / 2)) / NOMINAL_PX
 
 
 def view_angle_deg(scene, width, height):
-    """Vertical angle of view of a picture: wider in one narrower than the scene's.
+    """Vertical angle of view of an image: wider in one narrower than the scene's.
 
-    What fits into a picture of the scene's aspect fits into any other then.
+    What fits into an image of the scene's aspect fits into any other then.
     """
     half = np.tan(np.radians(VIEW_ANGLE_DEG / 2))
     return 2 * np.degrees(np.arctan(half * max(1.0, scene.aspect * height / width)))
 
 
 def projected(scene, points, width, height):
-    """Pixels (N, 2) of points (N, 3) in a picture of the scene; NaN behind the eye.
+    """Pixels (N, 2) of points (N, 3) in an image of the scene; NaN behind the eye.
 
-    width, height: of the picture, px; pixel centres lie at whole numbers.
+    width, height: of the image, px; pixel centres lie at whole numbers.
     """
     axes = view_axes(np.subtract(scene.look_at, scene.view_from), scene.up)
     x, y, z = axes @ np.subtract(points, scene.view_from).astype(float).T

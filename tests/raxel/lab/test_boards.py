@@ -89,13 +89,13 @@ def test_a_lit_board_shades_its_squares_and_its_edges(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     T = pose(np.eye(3), [-15, -10, 110])
     laboratory = rig.laboratory()
-    pictures = [
+    images = [
         laboratory.irradiance(
             board_scene(rig.target, T, 10, background=0.0, light=light), np.eye(4)
         )
         for light in (None, BoardLight(0.5, np.zeros(2), np.zeros(2)))
     ]
-    np.testing.assert_allclose(pictures[1], 0.5 * pictures[0], atol=1e-6)
+    np.testing.assert_allclose(images[1], 0.5 * images[0], atol=1e-6)
 
 
 def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):

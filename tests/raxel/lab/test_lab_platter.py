@@ -44,14 +44,14 @@ def test_rays_of_the_ring_start_on_its_face_and_go_back(rig):
 
 
 def test_the_ring_is_dark_and_the_plate_shows_in_its_hub(rig):
-    picture = photograph(rig, RING, T, np.random.default_rng(0)).astype(float)
+    image = photograph(rig, RING, T, np.random.default_rng(0)).astype(float)
     # A radiance of 1 fills nine tenths of the sensor's range.
-    picture = picture.ravel() / (0.9 * 255)
+    image = image.ravel() / (0.9 * 255)
     apart = places(rig)[3]
-    assert picture[apart < 4].mean() == pytest.approx(PLATE, rel=0.05)
-    assert picture[(apart > 8) & (apart < 14)].mean() < 0.01
+    assert image[apart < 4].mean() == pytest.approx(PLATE, rel=0.05)
+    assert image[(apart > 8) & (apart < 14)].mean() < 0.01
     # The plate is square, and lies 3 mm behind the ring's face.
     corner = transform(T, np.array([[75 - 18.0, 10 - 18.0, 0.0]]))
     u, v = np.rint(rig.camera.project(corner).pixels[0]).astype(int)
-    place = picture.reshape(rig.camera.height, -1)[v - 1 : v + 2, u - 1 : u + 2]
+    place = image.reshape(rig.camera.height, -1)[v - 1 : v + 2, u - 1 : u + 2]
     assert place.mean() == pytest.approx(PLATE, rel=0.1)

@@ -1,4 +1,4 @@
-"""A lens that moves on its camera: pixels, pictures, truth, and one-line refusals."""
+"""A lens that moves on its camera: pixels, images, truth, and one-line refusals."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A rig's monitor: fast pictures of patterns, its chessboard, poses set up by hand."""
+"""A rig's monitor: fast images of patterns, its chessboard, poses set up by hand."""
 
 from dataclasses import replace
 
@@ -134,7 +134,7 @@ def test_truth_is_what_the_rays_of_the_camera_itself_meet(name):
 
 
 def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
-    """Corners found in its picture, looked up in the decoded grid, are its points."""
+    """Corners found in its image, looked up in the decoded grid, are its points."""
     rig = rig_of(tmp_path, small_rig(**CELLS))
     rendered = render_set(rig, tmp_path / "set", 3)
     assert [view.label for view in rendered.views] == ["near", "pose-001"]
@@ -203,12 +203,12 @@ def test_a_set_with_a_monitor_chessboard_is_read_back_equal(tmp_path):
 def test_the_picture_of_a_chessboard_has_its_corners():
     board = chessboard_of_corners((1280, 1024), 15, 15)
     assert board == MonitorChessboard(15, 15, 64.0, (192.0, 64.0))
-    picture = chessboard_picture(board, (1280, 1024))
-    assert picture.shape == (1024, 1280)
+    image = chessboard_picture(board, (1280, 1024))
+    assert image.shape == (1024, 1280)
     for x, y in board.points_px().astype(int):
-        four = picture[y - 1 : y + 1, x - 1 : x + 1]
+        four = image[y - 1 : y + 1, x - 1 : x + 1]
         assert four[0, 0] == four[1, 1] != four[0, 1] == four[1, 0]
-    assert np.all(picture[:, :128] == 255)
-    assert picture[100, 200] == 255
+    assert np.all(image[:, :128] == 255)
+    assert image[100, 200] == 255
     with pytest.raises(InputError, match="2 x 15 corners"):
         chessboard_of_corners((1280, 1024), 2, 15)

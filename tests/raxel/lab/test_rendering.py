@@ -1,4 +1,4 @@
-"""Rendered pictures against truth: corners of every camera, areas, sums, refusals."""
+"""Rendered images against truth: corners of every camera, areas, sums, refusals."""
 
 import importlib
 

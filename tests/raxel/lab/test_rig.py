@@ -106,7 +106,7 @@ def test_drawn_poses_show_the_whole_target_facing_the_camera(path):
     corner, size = rig.extent
     box = corner + np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * size
     assert all(map(rig.shows, poses))
-    # Facets show a target in pieces, and some monitors may reach beyond the picture.
+    # Facets show a target in pieces, and some monitors may reach beyond the image.
     whole = rig.camera.continuous and rig.visibility.whole
     for T in poses if whole else ():
         pixels, valid = rig.camera.project(transform(T, on_plane(box)))
@@ -146,7 +146,7 @@ def test_shows_refuses_what_is_out_of_view(tmp_path):
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_the_margin_holds_at_all_four_borders(axis, sign):
-    """Of a picture of 160 x 120 px that a lens of 100 px a radian looks at squarely."""
+    """Of an image of 160 x 120 px that a lens of 100 px a radian looks at squarely."""
     lens = FisheyeCamera("equidistance", 100, [79.5, 59.5], 160, 120)
     seen = Visibility(margin_px=10.0)
     outline = outline_of([-10, -10], [20, 20])

@@ -151,9 +151,9 @@ def test_whole_numbers_may_have_a_point(tmp_path):
 def test_a_blur_that_sharpens_outwards_ends_at_sharp():
     optics = Optics(blur_sd_px=(2.0, 0.0), centre_px=(0.0, 0.0))
     rng = np.random.default_rng(0)
-    picture = rng.random((40, 60)).astype(np.float32)
-    far = optics.apply(picture)[-3:, -3:]
-    np.testing.assert_allclose(far, picture[-3:, -3:], atol=1e-6)
+    image = rng.random((40, 60)).astype(np.float32)
+    far = optics.apply(image)[-3:, -3:]
+    np.testing.assert_allclose(far, image[-3:, -3:], atol=1e-6)
 
 
 def test_strong_blur_takes_few_levels_that_reach_both_ends():

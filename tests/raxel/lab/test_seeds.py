@@ -1,4 +1,4 @@
-"""What a seed decides: the noise of each picture, and the spots of a specimen."""
+"""What a seed decides: the noise of each image, and the spots of a specimen."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from raxel.sets import read_image
 from tests.raxel.lab.test_rig import changed, leaf
 
 POSE = {"translation": leaf([-15, -10, 120], "mm"), "rotation": leaf([0, 20, 0], "deg")}
-# The same pose twice: only what is drawn for a picture can differ between the two.
+# The same pose twice: only what is drawn for an image can differ between the two.
 TWICE = {
     "kind": "listed",
     "list": [POSE, POSE],
@@ -35,7 +35,7 @@ MONITOR = {
 
 @pytest.fixture
 def rendered(tmp_path):
-    """Renders the small rig, changed, from a seed; its pictures (n, H, W) as int."""
+    """Renders the small rig, changed, from a seed; its images (n, H, W) as int."""
 
     def render(seed, **changes):
         rig = load_rig(changed(tmp_path / "rig.yaml", poses=TWICE, **changes))
@@ -79,7 +79,7 @@ def test_noise_of_a_monitor_is_new_in_every_pose_pattern_and_with_every_seed(
     fine = {"sensor__bits": leaf(16, "bit"), "target": MONITOR}
     rig = load_rig(changed(tmp_path / "fine.yaml", poses=TWICE, **fine))
     T = rig.draw_poses(np.random.default_rng(0), 1)[0]
-    pictures = [picture for _, picture in photograph_patterns(rig, T, [0, 1, 0])]
+    images = [image for _, image in photograph_patterns(rig, T, [0, 1, 0])]
     # The first rows show the room beside the monitor, alike but for their noise.
-    rows = np.array(pictures, int)[:, :10].reshape(len(pictures), -1)
+    rows = np.array(images, int)[:, :10].reshape(len(images), -1)
     assert np.abs(np.corrcoef(rows) - np.eye(len(rows))).max() < 0.1

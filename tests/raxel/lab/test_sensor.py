@@ -13,7 +13,7 @@ COUNT = SHAPE[0] * SHAPE[1]
 
 
 def flat(sensor, level, seed=0):
-    """Numbers of an evenly lit picture."""
+    """Numbers of an evenly lit image."""
     image = np.full(SHAPE, level)
     return sensor.expose(image, np.random.default_rng(seed)).astype(float)
 
@@ -143,5 +143,5 @@ def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
 @pytest.mark.parametrize("colour", [(200, 60, 20), (20, 180, 90), (60, 40, 220)])
 def test_a_compressed_picture_keeps_its_colours(colour):
     """An even one, of which compression loses next to nothing."""
-    picture = np.full((32, 48, 3), colour, np.uint8)
-    assert np.abs(compressed(picture, 95).astype(int) - picture).max() <= 3
+    image = np.full((32, 48, 3), colour, np.uint8)
+    assert np.abs(compressed(image, 95).astype(int) - image).max() <= 3

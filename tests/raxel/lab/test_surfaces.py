@@ -195,13 +195,13 @@ def test_flat_surfaces_are_met_as_the_plane_says():
 
 
 def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
-    picture = np.arange(12.0).reshape(3, 4)
-    texture = ImageTexture(picture, 2.0)
-    row, column = np.indices(picture.shape).reshape(2, -1)
+    image = np.arange(12.0).reshape(3, 4)
+    texture = ImageTexture(image, 2.0)
+    row, column = np.indices(image.shape).reshape(2, -1)
     centres = 2.0 * (np.column_stack([column, row]) + 0.5)
-    np.testing.assert_array_equal(texture.radiance(centres, 1.0), picture.ravel())
+    np.testing.assert_array_equal(texture.radiance(centres, 1.0), image.ravel())
     corner = texture.radiance(np.array([[2.0, 2.0]]), 1.0)
-    assert corner == pytest.approx(picture[:2, :2].mean())
+    assert corner == pytest.approx(image[:2, :2].mean())
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The plan of an active grid's patterns, and the pictures that a monitor is sent."""
+"""The plan of an active grid's patterns, and the images that a monitor is sent."""
 
 import numpy as np
 import pytest
@@ -11,9 +11,9 @@ from raxel.sets.model import ActiveGrid, MonitorChessboard, Pattern
 from raxel.sets.patterns import cell_width, chessboard_of_corners, chessboard_picture
 
 
-def read_code(pictures):
-    """Cell numbers from Gray pictures, most significant first."""
-    bits = np.cumsum([picture > 127 for picture in pictures], axis=0) % 2
+def read_code(images):
+    """Cell numbers from Gray images, most significant first."""
+    bits = np.cumsum([image > 127 for image in images], axis=0) % 2
     return sum(bit << (len(bits) - 1 - k) for k, bit in enumerate(bits))
 
 

@@ -10,7 +10,7 @@ from raxel.show import Points, Scene, Surface
 from repro.page import draw, space, style
 from repro.run import discover, jobs
 
-MISSING = "3-D pictures need OpenGL, which does not work here; run: mend <it>"
+MISSING = "3-D images need OpenGL, which does not work here; run: mend <it>"
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
 SHEET = np.array([[[-9, -9, 2], [9, -9, 2]], [[-9, 9, 2], [9, 9, 2.0]]])
 

@@ -1,4 +1,4 @@
-"""Scenes in space: what meshes, pictures and pages hold, and what is refused."""
+"""Scenes in space: what meshes, images and pages hold, and what is refused."""
 
 import hashlib
 import json
@@ -26,7 +26,7 @@ from raxel.show import (
     board,
     framed,
     html,
-    picture,
+    image,
     picture_array,
 )
 from raxel.show import rendering as page
@@ -186,9 +186,9 @@ def small_scene():
 SAME_IN_A_NEW_PROCESS = """
 import hashlib, sys
 sys.path.insert(0, "tests")
-from raxel.show import html, picture
+from raxel.show import html, image
 from tests.raxel.show.test_show import small_scene
-for made in (picture(small_scene()), html(small_scene(), "T").encode()):
+for made in (image(small_scene()), html(small_scene(), "T").encode()):
     print(hashlib.sha256(made).hexdigest())
 # What would ask the network for another renderer stays out.
 assert "trame_vtklocal" not in sys.modules
@@ -198,7 +198,7 @@ assert "trame_vtklocal" not in sys.modules
 @draws
 def test_the_same_scene_is_the_same_picture_and_page_in_any_process():
     def made():
-        pair = picture(small_scene()), html(small_scene(), "T").encode()
+        pair = image(small_scene()), html(small_scene(), "T").encode()
         return [hashlib.sha256(content).hexdigest() for content in pair]
 
     first = made()

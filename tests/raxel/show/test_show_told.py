@@ -22,7 +22,7 @@ has_pyvista = pytest.mark.skipif("pyvista" in MISSING, reason=MISSING)
 def test_the_peak_of_a_camera_stands_above_the_upper_side_of_its_picture():
     K = [[100.0, 0, 49.5], [0, 100, 29.5], [0, 0, 1]]
     y = finite_points(frustum(PerspectiveCamera(K, [], 100, 60), 10.0))[:, 1]
-    # Up is negative y: a quarter of the picture's height above it, and nothing below.
+    # Up is negative y: a quarter of the image's height above it, and nothing below.
     assert y.max() == pytest.approx(2.95)
     assert y.min() == pytest.approx(-1.5 * y.max())
 

@@ -1,4 +1,4 @@
-"""What the pictures of an active grid encode, in the form that the loops take."""
+"""What the images of an active grid encode, in the form that the loops take."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from raxel.errors import InputError
 from raxel.sets.patterns import cell_width
 
 # What the decoder's compiled loops share: kinds of pixels, a plan, rows kept. The
-# loops keep what they found in a few rows of the picture, in rings: row y lies at y
+# loops keep what they found in a few rows of the image, in rings: row y lies at y
 # modulo their length.
 
 
@@ -26,10 +26,10 @@ UNKNOWN = 65535  # in CodePlan.orders: no cell
 LIT, BRIGHT = 0.2, 99
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
-SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
+SQUARE = 32  # px; in each such square of the image a bias is taken as the same
 ROWS_A_CALL = 16
 KEPT = 24  # rows in a ring: those of a call, as many as AHEAD before and behind
-# Pictures are decoded in strips of columns, at most so wide. Fields of one array lie at
+# Images are decoded in strips of columns, at most so wide. Fields of one array lie at
 # distances known when loops are compiled: only then many arrays can run in one loop.
 STRIP = 2048
 PITCH = STRIP + 80  # from field to field: multiples of 4096 bytes hinder each other
@@ -44,9 +44,9 @@ BREAKS, MIXED, STATUS = 0, PITCH, 2 * PITCH  # of Rows.common
 
 
 class CodePlan(NamedTuple):
-    """What the pictures of a stack encode along A axes (`coding.plan_arrays`).
+    """What the images of a stack encode along A axes (`coding.plan_arrays`).
 
-    pairs: (A, bits, 2), picture and inverse of each bit; steps, weights: (A, 3, K), of
+    pairs: (A, bits, 2), image and inverse of each bit; steps, weights: (A, 3, K), of
     the phase steps for sine, cosine and level, weights float32. int64 (A,): bits; used
     steps, rounded up to an even number; edges, the first edge behind the last cell that
     is shown; jump, cells between neighbours above which they see different surfaces.
@@ -82,7 +82,7 @@ class Ripples(NamedTuple):
 
     steps, times: (A,) int64, 0 where nothing is; origin: (A, 2), share: (A, 6), terms:
     (A, 3) float32; across, down: float32, from columns and rows to the shares of the
-    picture, less 1.
+    image, less 1.
     """
 
     steps: np.ndarray
@@ -99,9 +99,9 @@ class Rows(NamedTuple):
 
     Rings, the row second or first. waves: (A, KEPT, 3 PITCH) float32: sine and cosine
     of unit length, and the variance of a pixel's phase in squared turns. codes:
-    (A, KEPT, PITCH) uint16, the cell. greys: (A, KEPT, 4 PITCH), as the pictures:
-    least, second least and most distance of a picture from its inverse, the last one of
-    all axes in axis 0; that of one picture. marks: (KEPT, 4 PITCH) uint8: why a pixel
+    (A, KEPT, PITCH) uint16, the cell. greys: (A, KEPT, 4 PITCH), as the images:
+    least, second least and most distance of an image from its inverse, the last one of
+    all axes in axis 0; that of one image. marks: (KEPT, 4 PITCH) uint8: why a pixel
     is not decoded; whether it breaks with the next one to the right, and below; either
     or bad.
 
@@ -123,7 +123,7 @@ class Rows(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """Columns of the picture: those that are read, and those that are decoded."""
+    """Columns of the image: those that are read, and those that are decoded."""
 
     start: int
     width: int
@@ -132,7 +132,7 @@ class Strip(NamedTuple):
 
 
 def strips_of(width):
-    """[Strip, ...] of equal width that cover a picture, AHEAD columns around each."""
+    """[Strip, ...] of equal width that cover an image, AHEAD columns around each."""
     around = 2 * AHEAD
     count = max(1, -(-(width - around) // (STRIP - around)))
     own = -(-(width + (count - 1) * around) // count)
@@ -143,7 +143,7 @@ def strips_of(width):
 
 
 def empty_rows(axes, dtype):
-    """Rows for pictures of this type."""
+    """Rows for images of this type."""
     return Rows(
         np.zeros((axes, KEPT, 3 * PITCH), np.float32),
         np.zeros((axes, KEPT, PITCH), np.uint16),
@@ -171,7 +171,7 @@ MIN_APART = 0.005
 
 @dataclass(frozen=True)
 class Sines:
-    """Sines of one period, px of the monitor; steps: pictures by their place in the
+    """Sines of one period, px of the monitor; steps: images by their place in the
     stack, in the order of their phase; offset: of the first step, in periods."""
 
     steps: tuple[int, ...]
@@ -186,9 +186,9 @@ class Sines:
 
 @dataclass(frozen=True)
 class AxisCode:
-    """What is there of one axis: pictures by their place in the stack.
+    """What is there of one axis: images by their place in the stack.
 
-    bits: (picture, inverse) from the coarsest, None where no inverse was taken; sines:
+    bits: (image, inverse) from the coarsest, None where no inverse was taken; sines:
     those that places are read from, None where there are none; others: whose periods,
     in the place of a Gray code, tell which period of these a pixel sees; cell: px of
     the monitor.
@@ -202,7 +202,7 @@ class AxisCode:
 
     @property
     def steps(self):
-        """The pictures of the sines that places are read from, in their order."""
+        """The images of the sines that places are read from, in their order."""
         return self.sines.steps if self.sines else ()
 
     @property
@@ -212,7 +212,7 @@ class AxisCode:
 
 
 def read_coding(patterns, monitor_px):
-    """The AxisCodes of the pictures whose Patterns these are, in the pictures' order.
+    """The AxisCodes of the images whose Patterns these are, in the images' order.
 
     monitor_px: (width, height). Of several phase codes of an axis the finest is taken
     whose periods the Gray code tells apart; without one, all are taken. Raises
@@ -225,9 +225,7 @@ def read_coding(patterns, monitor_px):
         if own:
             codes.append(_axis_code(axis, own, monitor_px))
     if not codes:
-        raise InputError(
-            "patterns: none; give the pictures of a Gray code or of phases"
-        )
+        raise InputError("patterns: none; give the images of a Gray code or of phases")
     return tuple(codes)
 
 
@@ -296,7 +294,7 @@ def places_apart(periods):
 
 
 def _files(own):
-    """The pictures concerned, as messages name them."""
+    """The images concerned, as messages name them."""
     names = [pattern.image for _, pattern in own]
     return f" ({names[0]} to {names[-1]})" if len(names) > 1 else f" ({names[0]})"
 
@@ -317,7 +315,7 @@ def _sines(name, phases, periods, size):
 
 
 def _gray(name, own, monitor_px):
-    """((picture, inverse), ...) by bit, and the width of the finest cell; (), None."""
+    """((image, inverse), ...) by bit, and the width of the finest cell; (), None."""
     if not own:
         return (), None
     found, names = {}, {}
@@ -333,7 +331,7 @@ def _gray(name, own, monitor_px):
     gap = next((b for b in range(count) if (b, False) not in found), None)
     if gap is not None:
         raise InputError(
-            f"patterns: axis {name}: Gray code lacks bit {gap}; give its picture"
+            f"patterns: axis {name}: Gray code lacks bit {gap}; give its image"
         )
     if count > MAX_BITS:
         raise InputError(
@@ -365,7 +363,7 @@ def _steps(name, own):
     if gap is not None:
         raise InputError(
             f"patterns: axis {name}: phase step {gap} of {of} is missing beside "
-            f"{', '.join(names.values())}; give its picture, or leave this code out"
+            f"{', '.join(names.values())}; give its image, or leave this code out"
         )
     return tuple(found[k] for k in range(of))
 
@@ -447,11 +445,11 @@ def phase_weights(count: int, offset: float = 0.0) -> NDArray[np.float64]:
     return np.round(waves, 12) / count
 
 
-# The pictures of a view: whether they fit each other, and in the form of the loops.
+# The images of a view: whether they fit each other, and in the form of the loops.
 
 
 def checked_pictures(images, patterns):
-    """The pictures, if they fit each other and the patterns."""
+    """The images, if they fit each other and the patterns."""
     if not len(images) or len(images) != len(patterns):
         raise InputError(
             f"images: found {len(images)} for {len(patterns)} patterns; give one for "
@@ -463,19 +461,19 @@ def checked_pictures(images, patterns):
         k = next(k for k, i in enumerate(images) if (i.shape, i.dtype) != usual)
         found, dtype = images[k].shape, images[k].dtype
         raise InputError(
-            f"{patterns[k].image}: found a picture {found} {dtype} among those "
+            f"{patterns[k].image}: found an image {found} {dtype} among those "
             f"{usual[0]} {usual[1]}; give all of a view in one size and depth"
         )
     if len(usual[0]) != 2 or usual[1] not in (np.uint8, np.uint16):
         raise InputError(
-            f"images: found pictures {usual[0]} {usual[1]}; give grey ones, uint8 or "
+            f"images: found images {usual[0]} {usual[1]}; give grey ones, uint8 or "
             "uint16"
         )
     return images
 
 
 class PictureStack:
-    """The pictures as one stack in which every bit has an inverse, block by block."""
+    """The images as one stack in which every bit has an inverse, block by block."""
 
     def __init__(self, images, patterns, monitor_px, white, black):
         """As `decode.decode`; seen, codes: AxisCodes without and with what is made."""
@@ -490,23 +488,23 @@ class PictureStack:
 
     def _completed(self, code):
         bits = []
-        for picture, inverse in code.bits:
+        for image, inverse in code.bits:
             if inverse is None:
                 if not code.steps and (self.white is None or self.black is None):
                     alone = [k for k, other in code.bits if other is None]
                     files = ", ".join(self.names[k] for k in alone)
                     raise InputError(
                         f"patterns: axis {'xy'[code.axis]}: Gray code without inverse "
-                        f"({files}); give the inverse pictures, or those of white and "
+                        f"({files}); give the inverse images, or those of white and "
                         "black"
                     )
                 inverse = len(self.images) + len(self.made)
-                self.made.append((picture, code.steps))
-            bits.append((picture, inverse))
+                self.made.append((image, code.steps))
+            bits.append((image, inverse))
         return replace(code, bits=tuple(bits))
 
     def rows(self, first, stop):
-        """(stack, the picture's row where it begins) with what is needed around."""
+        """(stack, the image's row where it begins) with what is needed around."""
         if self.as_it_lies:
             return self.images, 0
         start, end = max(0, first - REACH), min(self.shape[0], stop + AHEAD)
@@ -515,21 +513,21 @@ class PictureStack:
         )
         for k, image in enumerate(self.images):
             block[k] = image[start:end]
-        for k, (picture, steps) in enumerate(self.made, len(self.images)):
-            block[k] = self._inverse(block, picture, steps, slice(start, end))
+        for k, (image, steps) in enumerate(self.made, len(self.images)):
+            block[k] = self._inverse(block, image, steps, slice(start, end))
         return block, start
 
-    def _inverse(self, block, picture, steps, part):
+    def _inverse(self, block, image, steps, part):
         """What an inverse would have shown, as far from the middle."""
         if self.white is not None and self.black is not None:
             twice = self.white[part].astype(np.int32) + self.black[part]
         else:
             twice = np.rint(2 * np.mean(block[list(steps)], axis=0)).astype(np.int32)
         most = np.iinfo(self.dtype).max
-        return np.clip(twice - block[picture], 0, most)
+        return np.clip(twice - block[image], 0, most)
 
     def apart(self, pair, where):
-        """A picture of `codes` less its inverse, float32, at an index into pictures."""
+        """An image of `codes` less its inverse, float32, at an index into images."""
         light, inverse = pair
         value = self.images[light][where].astype(np.float32)
         if inverse < len(self.images):
@@ -540,7 +538,7 @@ class PictureStack:
         return 2 * value - 2 * np.mean([self.images[k][where] for k in steps], axis=0)
 
     def together(self, pair, where):
-        """As `apart`, a picture and its inverse, or None where none was taken."""
+        """As `apart`, an image and its inverse, or None where none was taken."""
         if pair[1] >= len(self.images):
             return None
         light, dark = (self.images[k][where].astype(np.float32) for k in pair)

@@ -1,6 +1,6 @@
 """Decoding an active grid: which point of the monitor does each pixel see?
 
-Thesis 3.2.2. The Gray code gives the cell, each bit by comparing a picture with its
+Thesis 3.2.2. The Gray code gives the cell, each bit by comparing an image with its
 inverse, which puts an edge midway between where both show it; the phase of the sines
 gives the place in it, in four quadrants (3.23). Both together are the location (3.24).
 """
@@ -137,9 +137,9 @@ class Decoded:
 class DecoderSettings:
     """What holds for all rows of a view, as the compiled loops take it.
 
-    plan: what the pictures encode; smooth: whether sines are averaged over windows;
+    plan: what the images encode; smooth: whether sines are averaged over windows;
     mark_own: whether sigma is negative where a phase is that of one pixel; saturated:
-    the value, of the pictures' type, from which a sine counts as clipped; variance:
+    the value, of the images' type, from which a sine counts as clipped; variance:
     the Noise, float32; bias: squared, of phases (`bias.squared_bias`).
     """
 
@@ -352,7 +352,7 @@ def _decode_all(stack, settings, pool, out):
 
 
 def _leave_out(margins, plan, pool, out):
-    """Leave out pixels near the rim, jumps and, at the picture's border, both."""
+    """Leave out pixels near the rim, jumps and, at the image's border, both."""
     location, sigma, _, status = out
     height, width = status.shape
     broken = np.empty((-(-height // EVERY), width), np.uint8)
@@ -386,23 +386,23 @@ def _widen(settings, variance, pool, out):
 def _decode_part(stack, first, settings, rows, out):
     """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
-    pictures, start = stack.rows(first, stop)
+    images, start = stack.rows(first, stop)
     plan = settings.plan
     plan = plan._replace(orders=plan.orders[:, start:])
     to_read = plan, settings.saturated, settings.variance, settings.ripples
     to_place = plan, settings.smooth, settings.mark_own, settings.bias
-    for strip in strips_of(pictures.shape[2]):
-        known, end = max(first - start - REACH, 0), pictures.shape[1]
+    for strip in strips_of(images.shape[2]):
+        known, end = max(first - start - REACH, 0), images.shape[1]
         for y in range(first - start, stop - start, ROWS_A_CALL):
             after = min(y + ROWS_A_CALL, stop - start)
             ahead = min(after + AHEAD, end)
-            read_rows(pictures, (known, ahead, start), strip, *to_read, rows)
+            read_rows(images, (known, ahead, start), strip, *to_read, rows)
             part, known = (y, after, y + start), ahead
-            place_rows(pictures, part, strip, *to_place, rows, out)
+            place_rows(images, part, strip, *to_place, rows, out)
 
 
 def _of_axes(stack, both):
-    """(A,) float32 of those axes that there are pictures of."""
+    """(A,) float32 of those axes that there are images of."""
     return np.array([both[code.axis] for code in stack.codes], np.float32)
 
 

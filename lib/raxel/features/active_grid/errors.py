@@ -21,10 +21,10 @@ from raxel.features.active_grid.coding import REACH, SQUARE, UNKNOWN
 from raxel.features.active_grid.lines import undone
 from raxel.features.active_grid.reading import MIN_MODULATION
 
-# The noise of pictures, from the pictures: variance against grey level.
+# The noise of images, from the images: variance against grey level.
 
 
-SAMPLES = 120_000  # pixels looked at, in rows all over the pictures
+SAMPLES = 120_000  # pixels looked at, in rows all over the images
 LEVELS = 16
 MIN_IN_LEVEL = 500
 QUANTISATION = 1 / 12  # variance of rounding to whole grey levels
@@ -37,7 +37,7 @@ GAIN = 36.0
 class Noise(NamedTuple):
     """Variance of a grey value of level I: floor + slope I, grey levels squared.
 
-    It is nowhere below `least`. Where black is a level above 0, as in raw pictures, the
+    It is nowhere below `least`. Where black is a level above 0, as in raw images, the
     floor is that much slope lower, and may be below 0.
     """
 
@@ -51,7 +51,7 @@ class Noise(NamedTuple):
 
 
 def estimate_noise(images, white):
-    """The Noise of pictures (H, W), a list of them, by the values that are not clipped.
+    """The Noise of images (H, W), a list of them, by the values that are not clipped.
 
     White noise is taken for granted. The second difference along rows of the second
     difference along columns is blind to stripes of any shape along either, as an active
@@ -64,8 +64,8 @@ def estimate_noise(images, white):
     middle = 1 + (np.arange(rows) * (height - 2)) // rows
     levels, responses = [], []
     kind = np.uint16 if images[0].dtype == np.uint8 else np.uint32
-    for picture in images:
-        three = [picture[middle + d].astype(np.int32) for d in (-1, 0, 1)]
+    for image in images:
+        three = [image[middle + d].astype(np.int32) for d in (-1, 0, 1)]
         clipped = [(row == 0) | (row >= white) for row in three]
         clipped = clipped[0] | clipped[1] | clipped[2]
         clipped = clipped[:, :-2] | clipped[:, 1:-1] | clipped[:, 2:]
@@ -73,7 +73,7 @@ def estimate_noise(images, white):
         response = down[:, :-2] - 2 * down[:, 1:-1] + down[:, 2:]
         level = (three[0] + three[2])[:, 1:-1] // 2
         # Whole numbers so short are sorted in linear time.
-        levels.append(level[~clipped].astype(picture.dtype))
+        levels.append(level[~clipped].astype(image.dtype))
         responses.append(np.abs(response[~clipped]).astype(kind))
     return _fitted(np.concatenate(levels), np.concatenate(responses))
 
@@ -105,7 +105,7 @@ def _median(whole):
     return max(at - 0.5 + share, 0.0) if at else max(share / 2, 0.0)
 
 
-# How blurred a view is, from the edges of its own Gray code. A picture less its
+# How blurred a view is, from the edges of its own Gray code. An image less its
 # inverse goes from minus to plus the contrast across an edge, as the error function
 # does where lens, focus and monitor blur it like a Gaussian. Its slope says how wide
 # that is, wherever the edge lies. A tone curve that is concave, as files of cameras
@@ -113,25 +113,25 @@ def _median(whole):
 # in the middle, by its steepness there too narrow.
 
 
-# Of the contrast: by how much a picture and its inverse together change where one of
+# Of the contrast: by how much an image and its inverse together change where one of
 # them is covered and its bit turned over; at an edge behind a tone curve 0.6 at most.
 TURNED = 0.75
-BLUR_SAMPLES = 10_000  # pixels looked at for edges, all over the picture
+BLUR_SAMPLES = 10_000  # pixels looked at for edges, all over the image
 REACH_PX = 12  # of the patch around an edge
 SMOOTHED_PX = 1.5  # against noise; taken off again
 OF_DIFFERENCES = 1 / 3  # variance, px^2, that differences over two pixels add
 NEAR_EDGE = 0.5  # of the contrast
 TOO_FINE = 0.7  # share of a patch near edges: they flow together
 CLEAR, MIN_SHARE = 10, 0.2  # contrast in deviations of the noise, and of the usual
-AREAS = 3  # along each side of the picture, each with a blur of its own
+AREAS = 3  # along each side of the image, each with a blur of its own
 EDGES = 6  # of each area
-MIN_PIXELS = 100  # of an area, or of the whole picture where no area has so many
+MIN_PIXELS = 100  # of an area, or of the whole image where no area has so many
 DARK_BELOW = 7  # deviations of the noise: contrasts that the decoder takes for none
 FARTHEST = 3  # standard deviations of the blur, beyond which there is no light
 
 
 class Blur(NamedTuple):
-    """Standard deviation px of the blur of a view, in the worst ninth of the picture.
+    """Standard deviation px of the blur of a view, in the worst ninth of the image.
 
     beyond_px: so far beyond the rim of the lit area there is light enough to decode.
     """
@@ -148,7 +148,7 @@ class Blur(NamedTuple):
 class _Edges(NamedTuple):
     """E places beside an edge of one bit: that bit, and another with full contrast
     there; (row, column) before the edge and step (rows, columns) to one behind it;
-    area of the picture."""
+    area of the image."""
 
     bit: np.ndarray
     other: np.ndarray
@@ -254,7 +254,7 @@ def _spread(stack, pairs, edges, least):
     rim = 1 + round(3 * SMOOTHED_PX)
     near = np.abs(share[:, rim:-rim, rim:-rim]) < NEAR_EDGE
     whole = (most > least).all(axis=(1, 2))
-    # Where something covers one picture, it and its inverse are alike without an edge.
+    # Where something covers one image, it and its inverse are alike without an edge.
     light = [_apart(stack.together, pairs, n, *where) for n in (edges.bit, edges.other)]
     off = cv2.blur((light[0] - light[1]).reshape(-1, len(around)), (3, 3))
     whole &= ~(np.abs(off.reshape(own.shape)) > TURNED * most).any(axis=(1, 2))
@@ -269,7 +269,7 @@ def _spread(stack, pairs, edges, least):
 
 # By how much averaging over pixels shifts a phase that bends. A mean of a phase phi
 # over a symmetric window or blur of variance s^2 (px^2, along each axis of the
-# picture) is off by s^2 / 2 times the sum of phi's second derivatives. Where
+# image) is off by s^2 / 2 times the sum of phi's second derivatives. Where
 # perspective or a curved mirror bends the phases, that is no noise, and smoothing
 # does not take it away. A blur of variance s^2 mixes light, not phases, and draws
 # them to where more of it comes from: by s^2 times the slope of phi along that of the
@@ -282,7 +282,7 @@ HALF, QUARTER = SQUARE // 2, SQUARE // 4
 # it, 65 to 80 % of errors are within one where it is 1 to 10 of them; with the bias
 # itself it is half of them.
 OF_SIGMA = 1.08
-FRAME = 2  # squares around the picture, of which nothing is known
+FRAME = 2  # squares around the image, of which nothing is known
 # Second differences over HALF px in periods: above is a break; below is no jump.
 MAX_BENT, MIN_JUMP = 0.15, 0.02
 # Over QUARTER px bending is a fourth of it. What departs from that by such a share, and
@@ -293,7 +293,7 @@ UNLIKE, BEYOND = 0.5, 4
 def squared_bias(images, codes, of_windows, blur_px, spread, ripples, orders=None):
     """(A, ceil(H / SQUARE), W) float32, squared periods: a row for each row of squares.
 
-    images: n pictures (H, W); codes: A AxisCodes; of_windows: variance px^2 of what is
+    images: n images (H, W); codes: A AxisCodes; of_windows: variance px^2 of what is
     averaged; blur_px: standard deviation; spread: of a grey value, by noise; ripples:
     A `response.Ripple`; orders: as of CodePlan, where sines tell of periods.
     """
@@ -367,7 +367,7 @@ def _shifts(images, coding, spread, of_windows, of_blur):
 def _across(middle, sides, axis):
     """From side to side of each square: the second difference of places over HALF px,
     the first one, that of the logarithm of the modulation, and what is known."""
-    frame = (0, 1) if axis else (1, 0)  # the picture's border: nothing is known there
+    frame = (0, 1) if axis else (1, 0)  # the image's border: nothing is known there
     place, size, known = (_framed(values, *frame) for values in sides)
     bent = _first(place, axis) + _last(place, axis) - 2 * middle[0]
     shares = np.maximum(_last(size, axis), 1e-6) / np.maximum(_first(size, axis), 1e-6)
@@ -442,9 +442,9 @@ def _seen_places(images, coding, around, least):
     wave = undone(ripple, wave, *_shares_of(images[0].shape, around[-1]))
     turn = np.angle(wave) / (2 * np.pi) % 1
     value, cell = np.zeros(count, bool), np.zeros(count, int)
-    for picture, inverse in code.bits:
+    for image, inverse in code.bits:
         other = mean if inverse is None else images[inverse][around[0]]
-        value = value ^ (images[picture][around[0]] > other)
+        value = value ^ (images[image][around[0]] > other)
         cell = 2 * cell + value
     if code.others:
         cell = orders[around[0]].astype(int)
@@ -454,7 +454,7 @@ def _seen_places(images, coding, around, least):
 
 
 def _shares_of(shape, where):
-    """x and y from -1 to 1 of an index (rows, columns) into pictures."""
+    """x and y from -1 to 1 of an index (rows, columns) into images."""
     rows, columns = (
         np.linspace(-1, 1, size)[n] for size, n in zip(shape, where, strict=True)
     )
@@ -501,7 +501,7 @@ def _moved(values, known, times, step):
 
 
 # Where places bend within a few pixels: the bias of windows and blur at each pixel.
-# `bias` knows it for squares of the picture, before anything is decoded. A mirror
+# `bias` knows it for squares of the image, before anything is decoded. A mirror
 # that curves strongly, or whose surface ripples, changes its bending within a square.
 # Second differences of the decoded places over some pixels tell it there; near the
 # rim of what is decoded, those of the nearest pixels that have them.

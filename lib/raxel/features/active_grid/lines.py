@@ -1,4 +1,4 @@
-"""Pieces of rows and columns of pictures, and the phases that neighbours there share.
+"""Pieces of rows and columns of images, and the phases that neighbours there share.
 
 What a response does to phases is looked for on them (`response`).
 """
@@ -20,7 +20,7 @@ from raxel.features.active_grid.reading import (
 )
 
 # Rows and columns looked at are so many px wide, and so many altogether; of small
-# pictures at most so many each way.
+# images at most so many each way.
 ACROSS, PIXELS, MOST_LINES = 7, 150_000, 16
 RECORDS, OF_RIPPLE = 32, 8  # means in a piece of line, and in each ripple
 ALONG = 7  # px of a mean along the line, at most
@@ -54,7 +54,7 @@ class _Stripes(NamedTuple):
 
 
 def basis_of(x, y):
-    """(..., 6): 1, x, y, x^2, x y, y^2 of places from -1 to 1 over the picture."""
+    """(..., 6): 1, x, y, x^2, x y, y^2 of places from -1 to 1 over the image."""
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
 
 
@@ -92,7 +92,7 @@ def _split(lines):
 
 
 def _lines(stack, sines, noise, limit, along):
-    """The _Stripes along rows (along = 1) or columns of the pictures."""
+    """The _Stripes along rows (along = 1) or columns of the images."""
     across_px = stack.shape[1 - along]
     most = min(MOST_LINES, PIXELS // (ACROSS * sum(stack.shape)))
     count = max(1, min(most, across_px // (2 * ACROSS)))
@@ -176,7 +176,7 @@ class Ripple(NamedTuple):
 
     steps: N, 0 where nothing is corrected; offset: of the sines' first step, in
     periods; times: Newton's steps; share: (6,) real part of r1, as a polynomial 1, x,
-    y, x^2, x y, y^2 of the place in the picture, which goes from -1 to 1; terms: (3,)
+    y, x^2, x y, y^2 of the place in the image, which goes from -1 to 1; terms: (3,)
     imaginary part of r1, r2, r3; all float32.
     """
 
@@ -202,7 +202,7 @@ def no_ripple():
 
 
 def ripples_of(ripples, shape):
-    """The layout.Ripples of A axes; shape: (H, W) of the pictures."""
+    """The layout.Ripples of A axes; shape: (H, W) of the images."""
     down, across = (np.float32(2 / max(size - 1, 1)) for size in shape)
     return Ripples(
         np.array([ripple.steps for ripple in ripples], np.int64),
@@ -229,7 +229,7 @@ def corrected(pieces, ripple):
 def undone(ripple, wave, x, y):
     """Complex waves B exp(i phi) of any shape, seen at x, y, as they were shown.
 
-    x, y: from -1 to 1 over the picture, of the same shape. What N steps add up to is
+    x, y: from -1 to 1 over the image, of the same shape. What N steps add up to is
     exp(i psi) f: the modulation is divided by the length of f as well.
     """
     if not ripple.steps:

@@ -369,7 +369,7 @@ def mark_rim(near, location, sigma, status):
                         sigma[:, y, x] = np.nan
 
 
-# Pixels left out: at the rim of the lit area, the picture's border, and at jumps.
+# Pixels left out: at the rim of the lit area, the image's border, and at jumps.
 
 
 SPECK = 2  # px; so small, a spot without light is no rim
@@ -384,7 +384,7 @@ def trim_rim(first, stop, margin, out):
     unlit = ((around == DARK) | (around == BESIDE)).view(np.uint8)
     if not unlit.any():
         return
-    # Beyond the picture it goes on as at its border, where strips are no specks.
+    # Beyond the image it goes on as at its border, where strips are no specks.
     unlit = cv2.copyMakeBorder(unlit, *(SPECK,) * 4, cv2.BORDER_REPLICATE)
     unlit = cv2.erode(unlit, np.ones((SPECK + 1,) * 2, np.uint8))
     # What is left of a spot grows by what it lost, and by the margin.
@@ -395,9 +395,9 @@ def trim_rim(first, stop, margin, out):
 
 
 def trim_sides(margin, extent, out):
-    """Leave out pixels at the picture's border whose surroundings end beyond it.
+    """Leave out pixels at the image's border whose surroundings end beyond it.
 
-    What lies `margin` px further out is not in the picture. It is where the surface
+    What lies `margin` px further out is not in the image. It is where the surface
     seen there goes on; a blurred pixel sees the monitor's border if that is beyond.
     """
     location, sigma, _, status = out
@@ -438,7 +438,7 @@ ROWS = 256  # worked through at a time
 WINDOW = 2 * REACH + 1
 # Periods by which a pixel's phase departs from its window's on a surface, beside noise.
 OF_BENDING, BEYOND_NOISE = np.float32(0.05), np.float32(6)
-BLOCKS = 8  # of rows, all over the picture, by which the scatter of phases is known
+BLOCKS = 8  # of rows, all over the image, by which the scatter of phases is known
 
 
 def told_cells(images, codes, monitor_px, noise, smooth):
@@ -454,7 +454,7 @@ def told_cells(images, codes, monitor_px, noise, smooth):
 def period_cells(images, code, extent, noise, smooth):
     """(H, W) uint16: the cell of each pixel, CELLS to a period, or UNKNOWN.
 
-    images: pictures (H, W) of a view; code: the AxisCode of its sines; extent: of the
+    images: images (H, W) of a view; code: the AxisCode of its sines; extent: of the
     monitor along that axis, px; noise: a Noise; smooth: whether windows are averaged.
     Where phases scatter more than noise lets them, as a response makes them that is not
     linear, they are taken to be as uncertain as they scatter.
@@ -499,8 +499,8 @@ def _phases(images, sines, first, noise):
     lit = np.ones(shape[2:], bool)
     for k, one in enumerate(sines):
         parts = np.zeros((3, *shape[2:]), np.float32)
-        for picture, weights in zip(one.steps, one.weights.T, strict=True):
-            light = images[picture][start:stop].astype(np.float32)
+        for image, weights in zip(one.steps, one.weights.T, strict=True):
+            light = images[image][start:stop].astype(np.float32)
             for part, weight in zip(parts, weights, strict=True):
                 part += np.float32(weight) * light
         of_wave = 2 / len(one.steps) * noise.at(parts[2])

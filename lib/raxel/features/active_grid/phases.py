@@ -168,7 +168,7 @@ def _turn_ends(axis, k, n, rows):
 def turn_row(y, is_first, height, smooth, strip, plan, rows):
     """Find the phase of a row with REACH rows around it that were read.
 
-    TURN, SPREAD and OWN of Rows. height: of the pictures; smooth: average over windows.
+    TURN, SPREAD and OWN of Rows. height: of the images; smooth: average over windows.
     A pixel keeps its own phase where its window is crossed. Where there are no phases,
     the places in a cell are as likely, and its middle stands for them. is_first: the
     row before was not of the same call.

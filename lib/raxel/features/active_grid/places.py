@@ -40,7 +40,7 @@ from raxel.features.active_grid.coding import (
 from raxel.features.active_grid.phases import turn_row
 from raxel.geometry.homography import apply_homography, homography_dlt
 
-# Looking up a decoded active grid: the point at a place of the picture, and back.
+# Looking up a decoded active grid: the point at a place of the image, and back.
 
 
 ANYWHERE = 1e9  # side of a cell that holds all there is

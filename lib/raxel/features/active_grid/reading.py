@@ -1,4 +1,4 @@
-"""What each row of an active grid's pictures says by itself, in compiled loops.
+"""What each row of an active grid's images says by itself, in compiled loops.
 
 Loops are compiled to run on many pixels at once where few arrays are written and read,
 fields of one counting once (`layout`). Arithmetic on grey values is in whole numbers
@@ -190,7 +190,7 @@ _TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read_bit(light, dark, axis, k, rows):
-    """One more bit of the cell, and how far apart picture and inverse are."""
+    """One more bit of the cell, and how far apart image and inverse are."""
     codes, greys = rows.codes, rows.greys
     for x in range(len(light)):
         one = light[x] > dark[x]
@@ -211,7 +211,7 @@ def _read_bit(light, dark, axis, k, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read_gray(images, y, strip, pairs, axis, k, rows):
-    """Gray code: the cell, and the distances of pictures from inverses.
+    """Gray code: the cell, and the distances of images from inverses.
 
     They are the largest value there is where there are not so many bits.
     """
@@ -310,7 +310,7 @@ def _to_unit_length(axis, k, n, spread, noise, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _undo_response(axis, y, k, strip, ripples, rows):
-    """Phases as they were shown (`ripple`); y: of the picture."""
+    """Phases as they were shown (`ripple`); y: of the image."""
     n, steps, share = strip.width, ripples.steps[axis], ripples.share[axis]
     if not steps:
         return
@@ -356,7 +356,7 @@ def _break_below(axis, k, after, n, jump, rows):
 def _bad_beside(k, n, marks):
     for x in range(n - 1):
         marks[k, RIGHT + x] = (marks[k, BAD + x] != 0) | (marks[k, BAD + x + 1] != 0)
-    marks[k, RIGHT + n - 1] = 1  # the picture's border
+    marks[k, RIGHT + n - 1] = 1  # the image's border
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -433,12 +433,12 @@ def _close_row(y, is_last, n, plan, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_rows(images, part, strip, plan, white, noise, ripples, rows):
-    """Read rows of a stack of pictures (n, H, W) into the rows kept.
+    """Read rows of a stack of images (n, H, W) into the rows kept.
 
     part: (first, stop, top): rows of the stack; the one before `first` is known, unless
-    it is the first that is read; and the picture's row where the stack begins. strip:
+    it is the first that is read; and the image's row where the stack begins. strip:
     Strip; plan: CodePlan; white: the value from which a phase step counts as saturated,
-    of the pictures' type; noise: a Noise in float32, of the variance in grey levels;
+    of the images' type; noise: a Noise in float32, of the variance in grey levels;
     ripples: Ripples; rows: Rows.
     """
     first, stop, top = part

@@ -1,12 +1,12 @@
-"""How places ripple by a response that is not linear, from the pictures themselves.
+"""How places ripple by a response that is not linear, from the images themselves.
 
 Monitors have a gamma, cameras a tone curve. What they make of a sine holds harmonics,
 and places are off by a ripple that comes again N times in each period of N steps
 (`ripple`, Appendix A). No one pixel tells it: its steps follow some sine as well as
 they follow the right one. What tells it is that surfaces are smooth where a ripple is
-not: along a line of the picture, the phase is a polynomial of low degree plus the
+not: along a line of the image, the phase is a polynomial of low degree plus the
 ripple, whose shape is known but for a few numbers. These are the same in all of the
-picture, or change over it slowly: with the angle at which the monitor is seen, the
+image, or change over it slowly: with the angle at which the monitor is seen, the
 falloff of light, and blur.
 
 They are found by least squares on short pieces of some rows and columns, each with a
@@ -40,7 +40,7 @@ from raxel.features.active_grid.reading import MIN_MODULATION
 
 
 SAMPLES = 50_000  # pixels, for a mean
-PARTS = 3  # along each side of the picture
+PARTS = 3  # along each side of the image
 # a_2 / a_1 of the powers 0.03 and 4: responses have less.
 MOST = 0.48, 0.5
 MANY = 60  # harmonics of a power that are added up
@@ -113,8 +113,8 @@ def harmonics_of_powers(powers, last):
 
 class _Sines(NamedTuple):
     """P lit pixels of N steps: light (N, P); size (P,), modulation; back (P,), its
-    phase turned back; turn (P,), rad per px of the picture; at: rows and columns of the
-    pictures (P,)."""
+    phase turned back; turn (P,), rad per px of the image; at: rows and columns of the
+    images (P,)."""
 
     light: np.ndarray
     size: np.ndarray
@@ -124,7 +124,7 @@ class _Sines(NamedTuple):
 
 
 def _seen(stack, steps, noise):
-    """[_Sines, ...] of some pixels of each part of the picture where any are lit.
+    """[_Sines, ...] of some pixels of each part of the image where any are lit.
 
     Where light falls off, a curve is seen at its bright and at its dark end.
     """
@@ -201,7 +201,7 @@ class Response(NamedTuple):
 
     ripple: Ripple. size: RMS in periods by which places were off, or would be by the
     fit where nothing was corrected; left: alike, what is left, and in sigma. Both None
-    where the pictures do not tell. steps: of the sines, 0 where nothing was asked.
+    where the images do not tell. steps: of the sines, 0 where nothing was asked.
     """
 
     ripple: Ripple
@@ -400,7 +400,7 @@ def _usual(count):
     """
     orders = np.array([count - 1] * 7 + [2 * count - 1, 3 * count - 1])
     usual = USUAL * FALL ** (2.0 - orders)
-    usual[1:7] /= FALL  # how it changes in the picture, and what no even blur makes
+    usual[1:7] /= FALL  # how it changes in the image, and what no even blur makes
     return usual
 
 

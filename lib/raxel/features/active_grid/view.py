@@ -80,7 +80,7 @@ class DecodedView(NamedTuple):
         Why nothing of it can be used; empty where it can.
     warnings : tuple[str, ...]
         Lines on what the view suffers from.
-    picture : np.ndarray
+    image : np.ndarray
         (H, W) uint8 or uint16, the image of the camera, with the pattern white where
         there is one.
     as_in_a_mirror : bool or None
@@ -95,7 +95,7 @@ class DecodedView(NamedTuple):
     decoded: Decoded
     reason: str
     warnings: tuple[str, ...]
-    picture: np.ndarray
+    image: np.ndarray
     as_in_a_mirror: bool | None
     step_errors: tuple[float, float]
     noise_factors: tuple[float, float]
@@ -168,14 +168,14 @@ def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
         )
     warnings += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in warnings)  # type: ignore[assignment]
-    picture = levels.get("white", images[0])
+    image = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
     errors, factors = (tuple(map(float, x)) for x in (checked.errors, checked.factors))
-    return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)  # type: ignore[arg-type]
+    return DecodedView(found, reason, warnings, image, mirrored, errors, factors)  # type: ignore[arg-type]
 
 
 def decode_checked(images, patterns, monitor, *, smooth=True, **options):
-    """Decode pictures and check them: (Decoded, Examined); arguments as of `decode`."""
+    """Decode images and check them: (Decoded, Examined); arguments as of `decode`."""
     clipped = clipped_at(images, patterns)
     if clipped:
         options = {"saturated": clipped, **options}
@@ -194,28 +194,28 @@ def _levels(view):
 
 
 def _pictures(image_set, view):
-    """All pictures of a view in grey, of one depth: patterns first, then its levels."""
+    """All images of a view in grey, of one depth: patterns first, then its levels."""
     names = [p.image for p in view.patterns]
     names += [getattr(view, level) for level in _levels(view)]
     found = []
     for name in names:
-        picture = _grey(read_colour(image_set, name))
-        if found and picture.dtype != found[0].dtype:
-            bits = [one.dtype.itemsize * 8 for one in (picture, found[0])]
+        image = _grey(read_colour(image_set, name))
+        if found and image.dtype != found[0].dtype:
+            bits = [one.dtype.itemsize * 8 for one in (image, found[0])]
             raise InputError(
                 f"{image_set.folder / name}: found {bits[0]} bit, but {bits[1]} in "
-                f"{names[0]}; save all pictures of {view.label} in one depth"
+                f"{names[0]}; save all images of {view.label} in one depth"
             )
-        found.append(picture)
+        found.append(image)
     return found
 
 
-def _grey(picture):
-    if picture.ndim == 2:
-        return picture
+def _grey(image):
+    if image.ndim == 2:
+        return image
     import cv2
 
-    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    top = np.iinfo(picture.dtype).max
-    grey[(picture == top).any(axis=2)] = top
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    top = np.iinfo(image.dtype).max
+    grey[(image == top).any(axis=2)] = top
     return grey

@@ -21,7 +21,7 @@ def decoded(scene, **options):
 
 @cache
 def with_noise(noise):
-    """One picture for each noise: tilt 0.3 of the depth, 40 % less light at corners."""
+    """One image for each noise: tilt 0.3 of the depth, 40 % less light at corners."""
     size = (560, 420)
     return drawn(size=size, noise=noise, tilt=0.3, vignetting=1.2, seed=1)
 
@@ -67,7 +67,7 @@ def test_locations_are_in_mm_with_oblong_pixels_or_in_pixels():
 @pytest.mark.parametrize("options", [{}, {"smooth": False}, {"neighbours": True}])
 @pytest.mark.parametrize("noise", [1.0, 3.0, 8.0])
 def test_two_thirds_lie_within_one_sigma(noise, options):
-    """With tilt and vignetting, over the whole mask, noise from the pictures."""
+    """With tilt and vignetting, over the whole mask, noise from the images."""
     scene = with_noise(noise)
     found = decoded(scene, **options)
     assert_covered(scene, found)
@@ -83,7 +83,7 @@ def assert_covered(scene, found):
 @pytest.mark.parametrize("cells", [8, 32])
 @pytest.mark.parametrize("share", [1.0, 1.05, 1.3])
 def test_no_pixel_beyond_the_monitor_is_decoded(share, cells):
-    """The monitor's border leaves the picture, so that a wedge beyond it is narrow."""
+    """The monitor's border leaves the image, so that a wedge beyond it is narrow."""
     kind = {"tilt": 0.3, "share": share, "seed": 3}
     scene = drawn(size=(400, 300), cells=cells, noise=4.0, blur=2.0, **kind)
     found = decoded(scene)
@@ -193,9 +193,9 @@ def test_overexposed_pixels_tell_nothing_of_the_noise():
     """They are all alike, however much the light on them scatters."""
     rng = np.random.default_rng(1)
     ramp = np.linspace(40, 340, 400)[None, :]
-    pictures = rng.normal(ramp, 4.0, (4, 300, 400))
-    pictures = np.clip(np.rint(pictures), 0, 250).astype(np.uint8)
-    found = estimate_noise(list(pictures), 250)
+    images = rng.normal(ramp, 4.0, (4, 300, 400))
+    images = np.clip(np.rint(images), 0, 250).astype(np.uint8)
+    found = estimate_noise(list(images), 250)
     level = np.array([60.0, 140.0, 220.0])
     np.testing.assert_allclose(found.at(level), 16 + 1 / 12, rtol=0.06)
 
@@ -235,7 +235,7 @@ def without(scene, *numbers):
         (lambda s: ([*s.images, s.images[0]], [*s.patterns, s.patterns[0]]), "bit 0 "),
         (
             lambda s: ([*s.images[:-1], s.images[0][:-1]], s.patterns),
-            r"phase-y-3.png: found a picture \(119, 160\)",
+            r"phase-y-3.png: found an image \(119, 160\)",
         ),
         (lambda s: (s.images.astype(float), s.patterns), "float64"),
         (lambda s: (s.images[:1], [Pattern("", "x", "gray", 3, bit=0)]), "axis x: "),
@@ -276,7 +276,7 @@ def test_a_long_code_is_the_code_of_its_part():
 
 
 def test_memory_beyond_the_pictures_is_bounded():
-    """24 bytes a pixel, the result included; pictures of 1.2 Mpx."""
+    """24 bytes a pixel, the result included; images of 1.2 Mpx."""
     scene = drawn()
     images = np.full((20, 1700, 700), 90, np.uint8)
     decode(scene.images, scene.patterns, scene.grid, threads=1)
@@ -293,8 +293,8 @@ def test_texture_in_the_dark_is_no_noise_of_the_light():
     rng = np.random.default_rng(3)
     ramp = np.linspace(30, 230, 400)[None, :] + np.zeros((4, 300, 1))
     sd = np.where(ramp < 50, 9.0, 2.0)
-    pictures = np.clip(np.rint(rng.normal(ramp, sd)), 0, 255).astype(np.uint8)
-    found = estimate_noise(list(pictures), 250)
+    images = np.clip(np.rint(rng.normal(ramp, sd)), 0, 255).astype(np.uint8)
+    found = estimate_noise(list(images), 250)
     assert found.slope == 0
     assert found.floor == pytest.approx(4 + 1 / 12, rel=0.15)
 

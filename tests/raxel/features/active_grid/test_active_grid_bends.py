@@ -50,7 +50,7 @@ def test_on_a_plane_it_stays_as_it_is():
 
 @pytest.mark.parametrize("shape", [(128, 400), (30, 40)])
 def test_up_to_the_rim_a_bend_is_known(shape):
-    """Beside what is not decoded, and along the picture's border."""
+    """Beside what is not decoded, and along the image's border."""
     y, x = np.indices(shape, np.float32)
     place = (0.01 * x * x - 0.02 * y * y)[None]
     place[0, :, : shape[1] // 3] = np.nan

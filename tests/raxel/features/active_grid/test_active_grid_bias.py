@@ -15,7 +15,7 @@ LINEAR = (no_ripple(), no_ripple())
 
 
 def test_a_phase_that_bends_where_light_grows_is_shifted_so_far():
-    """To the picture's border, by light that is blurred and a mean of 7 pixels."""
+    """To the image's border, by light that is blurred and a mean of 7 pixels."""
     x = np.arange(-40, 360)
     turns = 0.1 + 0.0005 * x + 0.7e-5 * x**2
     wave = np.exp(0.002 * x + 2j * np.pi * turns)

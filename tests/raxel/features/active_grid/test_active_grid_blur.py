@@ -15,12 +15,12 @@ from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
 BLURS, NOISES = (0.5, 1.0, 2.0, 3.0, 4.0), (1.0, 3.0, 8.0)
-BEYOND = 20  # px drawn around the picture, so that what blurs its border is there
+BEYOND = 20  # px drawn around the image, so that what blurs its border is there
 TILTED = {"tilt": 0.3, "vignetting": 1.0, "seed": 1}
 
 
 def photographed(size=(320, 240), share=0.75, **options):
-    """A Scene as `drawn`, whose blur at the picture's border comes from beyond it."""
+    """A Scene as `drawn`, whose blur at the image's border comes from beyond it."""
     wide, high = (side + 2 * BEYOND for side in size)
     scene = drawn(size=(wide, high), share=share * size[0] / wide, **TILTED, **options)
     inner = np.s_[BEYOND:-BEYOND, BEYOND:-BEYOND]
@@ -40,7 +40,7 @@ def seen(blur, noise, share):
 
 
 def outermost(mask, width=3):
-    """Pixels of the mask so near to its end, or to the picture's border."""
+    """Pixels of the mask so near to its end, or to the image's border."""
     inside = cv2.erode(
         np.pad(mask.astype(np.uint8), 1), np.ones((2 * width + 1,) * 2, np.uint8)
     )
@@ -59,7 +59,7 @@ def test_the_blur_is_found(blur, noise):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("blur", BLURS)
 def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
-    """With the monitor's rim in the picture, and with some of it just outside."""
+    """With the monitor's rim in the image, and with some of it just outside."""
     scene, found = seen(blur, noise, share)
     off = np.abs(found.location - scene.true) / found.sigma
     assert not found.mask[np.isnan(scene.true[..., 0])].any()

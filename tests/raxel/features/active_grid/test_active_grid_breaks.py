@@ -16,7 +16,7 @@ JUMPS = (0.1, 0.3, 0.6, 1.0, 1.6)
 
 
 def from_ridge(axis):
-    """Signed px from a ridge that is a little slanted, across `axis` of the picture."""
+    """Signed px from a ridge that is a little slanted, across `axis` of the image."""
     v, u = np.indices(SIZE[::-1])
     u, v = u - SIZE[0] / 2, v - SIZE[1] / 2
     return (u, v)[axis] + 0.05 * (v, u)[axis] - 0.4
@@ -46,7 +46,7 @@ def scene_of(jump, axis=0, **options):
 
 
 def standardised(scene, found):
-    """(H, W, 2) errors in stated SD; none where the picture's border was mirrored."""
+    """(H, W, 2) errors in stated SD; none where the image's border was mirrored."""
     off = np.abs(found.location - scene.true) / found.sigma
     within = np.zeros(SIZE[::-1], bool)
     within[8:-8, 8:-8] = True
@@ -113,7 +113,7 @@ def test_a_jump_is_no_step_between_those_before_and_behind(along):
 
 
 def found_in(row, along):
-    """Where a jump is found in a picture of rows, or columns, that are all alike."""
+    """Where a jump is found in an image of rows, or columns, that are all alike."""
     location = np.tile(row, (80, 1)).astype(np.float32)
     location = np.ascontiguousarray(location.T if along else location)[None]
     sigma = np.full_like(location, 0.01)

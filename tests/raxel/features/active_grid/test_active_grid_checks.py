@@ -401,7 +401,7 @@ def test_the_step_its_change_and_the_error_by_it(
         mismatch(sample, 0, found.noise),
         examine(images, one.patterns, one.grid, found),
     )
-    named = {one.patterns[k].image for k in off.pictures}
+    named = {one.patterns[k].image for k in off.images}
     # Of four steps, a shift of the opposite one backwards does the same.
     assert f"{name}.png" in named
     assert len(named) <= (2 if kind == MOTION and steps == 4 else 1)

@@ -31,8 +31,8 @@ def shown(gamma, steps, camera=lambda light: light, noise=1.5, **options):
     rng = np.random.default_rng(steps)
     value = (scene.images / 257.0 - 20) / 180
     light = camera(np.clip(value, 0, None) ** gamma)
-    pictures = 20 + 200 * light / light.max() + rng.normal(0, noise, light.shape)
-    return replace(scene, images=np.clip(np.rint(pictures), 0, 255).astype(np.uint8))
+    images = 20 + 200 * light / light.max() + rng.normal(0, noise, light.shape)
+    return replace(scene, images=np.clip(np.rint(images), 0, 255).astype(np.uint8))
 
 
 @cache
@@ -258,7 +258,7 @@ def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
 
 
 def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
-    """Drawn from their covariance, at places all over the picture and all phases."""
+    """Drawn from their covariance, at places all over the image and all phases."""
     rng, used = np.random.default_rng(6), np.array([0, 1, 4, 6, 7])
     root = 1e-3 * rng.normal(size=(5, 5))
     values = np.zeros((20_000, 9))

@@ -61,8 +61,8 @@ def test_the_light_of_each_step_is_found(count):
     assert found.periods == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
 
 
-def compressed(picture):
-    return cv2.imdecode(cv2.imencode(".jpg", picture, [1, 90])[1], 0)
+def compressed(image):
+    return cv2.imdecode(cv2.imencode(".jpg", image, [1, 90])[1], 0)
 
 
 @pytest.mark.parametrize("steps", [4, 6])
@@ -70,7 +70,7 @@ def compressed(picture):
 def test_sigma_is_widened_by_it(steps, what):
     one = drawn(**SCENE, steps=steps, noise=2.0, seed=steps)
     if what == "jpeg":
-        images = np.array([compressed(picture) for picture in one.images])
+        images = np.array([compressed(image) for image in one.images])
     else:
         light = 1 + 0.1 * np.linspace(-0.5, 0.5, len(one.images))
         images = np.rint(one.images * light[:, None, None]).astype(np.uint8)

@@ -1,1 +1,1 @@
-"""What the pictures of an active grid say against themselves, beside the decoding."""
+"""What the images of an active grid say against themselves, beside the decoding."""

@@ -1,6 +1,6 @@
-"""Does the Gray code of the pictures count?
+"""Does the Gray code of the images count?
 
-Two tests. A picture and its inverse share the light: each pixel is bright in one of
+Two tests. An image and its inverse share the light: each pixel is bright in one of
 them. And where one bit alone changes from a pixel to one beside it, the code goes one
 up or down, whatever the scene: only that makes it a Gray code. Bits in each other's
 place, or turned over, count in leaps; which exchange would mend that is tried out. A
@@ -34,14 +34,14 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Bands of rows of all pictures (n, bands, BAND, W) float32, and their codes.
+    """Bands of rows of all images (n, bands, BAND, W) float32, and their codes.
 
     high, low: the brightest and darkest of each pixel; lit: bool, whether they are far
     apart. codes: the AxisCodes; extents: (A,) of the monitor, px; names: of the
-    pictures. middle: halfway, for bits without inverse.
+    images. middle: halfway, for bits without inverse.
     """
 
-    pictures: np.ndarray
+    images: np.ndarray
     names: list
     codes: tuple
     extents: np.ndarray
@@ -54,9 +54,9 @@ class Sample:
         """Picture less inverse of a bit, in shares of the contrast, -1 to 1."""
         light, dark = self.codes[axis].bits[bit]
         if dark is None:
-            value = 2 * (self.pictures[light] - self.middle)
+            value = 2 * (self.images[light] - self.middle)
         else:
-            value = self.pictures[light] - self.pictures[dark]
+            value = self.images[light] - self.images[dark]
         return value / np.maximum(self.high - self.low, 1e-6)
 
     def wave(self, axis):
@@ -64,15 +64,15 @@ class Sample:
         sines = self.codes[axis].sines
         return self.wave_of(sines, sines.steps)
 
-    def wave_of(self, sines, pictures):
-        """As `wave`, of these pictures in the place of the steps of some Sines."""
+    def wave_of(self, sines, images):
+        """As `wave`, of these images in the place of the steps of some Sines."""
         weights = sines.weights.astype(np.float32)
-        parts = np.tensordot(weights, self.pictures[list(pictures)], 1)
+        parts = np.tensordot(weights, self.images[list(images)], 1)
         return parts[1] + 1j * parts[0], parts[2]
 
 
 def sampled(images, patterns, codes, monitor, noise, levels):
-    """The Sample of a view's pictures, or None where too little of it is lit."""
+    """The Sample of a view's images, or None where too little of it is lit."""
     height, width = images[0].shape
     rows = _rows(height, width)
     levels = [level for level in levels if level is not None]
@@ -109,7 +109,7 @@ def neighbours(distance):
 
 
 NOT_OPPOSITE = 0.15  # share of the lit pixels
-STRONG = 0.25  # of the contrast: so far apart, a picture and its inverse are read
+STRONG = 0.25  # of the contrast: so far apart, an image and its inverse are read
 APART_PX = 4  # between the pixels that are compared: beyond the blur of an edge
 MIN_SPACING_PX = 12  # between the edges of a bit, to be counted
 MIN_PAIRS = 30
@@ -135,7 +135,7 @@ def _not_opposite(sample):
         for light, dark in code.bits:
             if dark is None:
                 continue
-            both = sample.pictures[light] + sample.pictures[dark]
+            both = sample.images[light] + sample.images[dark]
             off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
             if off.mean() > NOT_OPPOSITE:
                 yield Doubt(
@@ -204,7 +204,7 @@ def _doubled(names, signs, strong):
                 "doubled-bit",
                 True,
                 f"{_both(names[other])}: the same stripes as of {_both(names[one])}; "
-                "one of both is there twice: put the right pictures there or take them "
+                "one of both is there twice: put the right images there or take them "
                 "again",
             )
 
@@ -215,7 +215,7 @@ def _name(sample, place):
 
 
 def _both(pair):
-    """The names of a picture and its inverse, if it has one."""
+    """The names of an image and its inverse, if it has one."""
     return " and ".join(name for name in pair if name)
 
 
@@ -237,7 +237,7 @@ def spacing(sign, strong):
 
 
 def _countable(sample, bits, widths, seen):
-    """The bits of each axis, coarsest first, up to one too fine for the picture.
+    """The bits of each axis, coarsest first, up to one too fine for the image.
 
     With a Doubt where a coarse bit follows on one that is too fine.
     """
@@ -307,7 +307,7 @@ def _leaping(before, after, count, slots):
 
 def _cause(before, after, count, slots, names):
     """What to do about the one mistake that explains the leaps, or "" where none does;
-    names: (picture, inverse) by place in the word."""
+    names: (image, inverse) by place in the word."""
 
     def leaps(trial):
         return sum(

@@ -1,6 +1,6 @@
-"""What the pictures of an active grid say against themselves.
+"""What the images of an active grid say against themselves.
 
-A picture in another's place, a camera that moved, an exposure that changed: the decoder
+An image in another's place, a camera that moved, an exposure that changed: the decoder
 would take them, and its sigma would not know. They contradict one another all the same,
 and that is looked for here, on a part of the pixels. What a scene may do is no
 contradiction: places may jump from pixel to pixel, and parts may be dark or unseen.
@@ -31,7 +31,7 @@ FEW = 50_000  # pixels, enough for a median
 
 
 class Examined(NamedTuple):
-    """The Doubts about pictures that were decoded, those that spoil the result first;
+    """The Doubts about images that were decoded, those that spoil the result first;
     errors of places (2,) by what the steps of sines contradict each other, in the unit
     of the result, 0 where sigma holds them; and factors (2,) by which noise that
     neighbours share makes sigma larger, 1 where it is white."""
@@ -48,11 +48,11 @@ class Examined(NamedTuple):
 def examine(
     images, patterns, monitor, decoded, white=None, black=None, smooth=True
 ):  # fmt: skip
-    """What these pictures say against themselves, as Examined.
+    """What these images say against themselves, as Examined.
 
     As `decode`, whose result `decoded` is, with windows averaged or not (smooth).
     Not detected: both axes exchanged or one of them reversed as a whole, which is what
-    a mirror does; light that drifts by a few percent over all pictures; something that
+    a mirror does; light that drifts by a few percent over all images; something that
     covers the monitor in some of them; a step of three that is brighter, where no Gray
     code has its inverse; and a movement of less than a pixel that neither the edges
     beside the pattern, the steps, nor the code shows.
@@ -66,7 +66,7 @@ def examine(
     if sample is not None:
         found += code_doubts(sample)
         found += phase_doubts(sample, decoded.noise)
-        # In the wrong order, pictures seem unsteady as well.
+        # In the wrong order, images seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += unsteady_light(sample)
             found += motion_doubts(sample)
@@ -110,7 +110,7 @@ def _equal_pictures(images, patterns):
             yield Doubt(
                 "same-image",
                 True,
-                f"{pattern.image}: the same picture as {other.image}, pixel for pixel; "
+                f"{pattern.image}: the same image as {other.image}, pixel for pixel; "
                 "take it again or mend the name",
             )
 
@@ -131,8 +131,7 @@ def _levels(sample, white, black):
         yield Doubt(
             "white-black",
             True,
-            "its black picture is brighter than its white one; exchange white and "
-            "black",
+            "its black image is brighter than its white one; exchange white and black",
         )
 
 

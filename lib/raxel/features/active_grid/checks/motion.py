@@ -1,6 +1,6 @@
 """Did camera and monitor rest, by the light that a pattern does not change?
 
-A picture and its inverse add up to one without pattern, as the steps of a sine do.
+An image and its inverse add up to one without pattern, as the steps of a sine do.
 Where these differ from each other as if the first were shifted, something moved, to
 first order in the shift.
 """
@@ -25,42 +25,42 @@ def motion_doubts(sample):
     flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
     fitted = [_shifts(plain, flat[0][1], pattern) for _, plain, pattern in flat]
     shifts = [shift for shift, _, _ in fitted]
-    # One tone curve is behind all pictures, and coarse bits have few edges to know it.
+    # One tone curve is behind all images, and coarse bits have few edges to know it.
     least = TONE * max((np.hypot(*tone) for _, _, tone in fitted), default=0.0)
-    for (pictures, _, _), (_, within, _) in zip(flat, fitted, strict=True):
+    for (images, _, _), (_, within, _) in zip(flat, fitted, strict=True):
         within = within * (np.hypot(*within) > least)
-        found.append((within, "between {} and {}", pictures))
+        found.append((within, "between {} and {}", images))
     for (before, after), (last, first) in zip(
         pairwise(shifts), pairwise(flat), strict=True
     ):
-        pictures = last[0][-1], first[0][0]
-        found.append((after - before, "between {} and {}", pictures))
+        images = last[0][-1], first[0][0]
+        found.append((after - before, "between {} and {}", images))
     sizes = [float(np.hypot(*shift)) for shift, _, _ in found]
     if sizes and max(sizes) > MOVED_PX:
         size = max(sizes)
-        _, when, pictures = found[sizes.index(size)]
-        when = when.format(sample.names[pictures[0]], sample.names[pictures[-1]])
+        _, when, images = found[sizes.index(size)]
+        when = when.format(sample.names[images[0]], sample.names[images[-1]])
         yield Doubt(
             "moved",
             size > FAR_MOVED_PX,
-            f"the picture moved by about {size:.1f} px {when}; camera and monitor must "
-            "be at rest: take the pictures again",
+            f"the image moved by about {size:.1f} px {when}; camera and monitor must "
+            "be at rest: take the images again",
         )
 
 
 def _without_pattern(sample):
-    """(pictures, their mean without pattern, half of what the pattern adds or None)"""
+    """(images, their mean without pattern, half of what the pattern adds or None)"""
     for axis, code in enumerate(sample.codes):
         for light, dark in code.bits:
             if dark is not None:
-                a, b = sample.pictures[light], sample.pictures[dark]
+                a, b = sample.images[light], sample.images[dark]
                 yield (light, dark), (a + b) / 2, (a - b) / 4
         if code.steps:
             yield code.steps, sample.wave(axis)[1], None
 
 
 def _shifts(plain, reference, pattern):
-    """Shift (2,) px against the reference, of a picture against its inverse, and what
+    """Shift (2,) px against the reference, of an image against its inverse, and what
     the tone curve does to these two, alike.
 
     At an edge of the pattern a tone curve makes both together brighter or darker,
@@ -80,11 +80,11 @@ def _shifts(plain, reference, pattern):
     return found[2:4], found[4:6], found[6:]
 
 
-def slopes_within(picture):
+def slopes_within(image):
     """Changes per pixel along u and v within each band."""
-    if picture.shape[1] < 2:
-        return np.gradient(picture, axis=2), np.zeros_like(picture)
-    return np.gradient(picture, axis=2), np.gradient(picture, axis=1)
+    if image.shape[1] < 2:
+        return np.gradient(image, axis=2), np.zeros_like(image)
+    return np.gradient(image, axis=2), np.gradient(image, axis=1)
 
 
 def _edges(slope):
@@ -107,7 +107,7 @@ def _fitted(values, columns):
     return np.where(used & (np.abs(found) > SURE * spread), found / scale, 0)
 
 
-# Did light and steps stay as they were from picture to picture? Where a picture of
+# Did light and steps stay as they were from image to image? Where an image of
 # the code is bright, it is as bright as the others are. By a share q more of it an
 # edge moves q sqrt(pi / 8) standard deviations of the blur, which spoils no place:
 # limits far above noise miss nothing there.
@@ -207,7 +207,7 @@ def _step_doubts(sample, axis, found, times):
         return
     steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
     spoils = times > TOO_FAR and found.periods > FAR_OFF
-    files = " or ".join(sample.names[k] for k in found.pictures)
+    files = " or ".join(sample.names[k] for k in found.images)
     wrong = (
         f"places along {name} are wrong by {found.periods:.2g} periods, {times:.1f} of "
         "their standard deviations by noise"
@@ -221,14 +221,14 @@ def _step_doubts(sample, axis, found, times):
         yield Doubt(
             "moved-step",
             spoils or found.size > FAR_MOVED_PX,
-            f"the picture moved by about {found.size:.1f} px at {files}, among "
-            f"{of_all}; {wrong}; camera and monitor must be at rest: take the pictures "
+            f"the image moved by about {found.size:.1f} px at {files}, among "
+            f"{of_all}; {wrong}; camera and monitor must be at rest: take the images "
             "again",
         )
 
 
 def unsteady_light(sample):
-    """Doubts about the light of a Sample whose pictures are in order."""
+    """Doubts about the light of a Sample whose images are in order."""
     groups = [(BRIGHTER, dict(_light_of_bits(sample)))]
     # More steps than three say more, and more exactly (`step_errors`).
     three = [k for k, code in enumerate(sample.codes) if len(code.steps) == 3]
@@ -237,8 +237,8 @@ def unsteady_light(sample):
         if len(group) < 3:
             continue
         usual = np.median(list(group.values()))
-        off = {picture: value / usual - 1 for picture, value in group.items()}
-        worst = max(off, key=lambda picture: abs(off[picture]))
+        off = {image: value / usual - 1 for image, value in group.items()}
+        worst = max(off, key=lambda image: abs(off[image]))
         if abs(off[worst]) > least:
             yield Doubt(
                 "brightness",
@@ -253,7 +253,7 @@ def _brighter(share):
 
 
 def _light_of_bits(sample):
-    """(picture, its light where it is bright, as a share of what others give there)"""
+    """(image, its light where it is bright, as a share of what others give there)"""
     bright = {}
     for axis, code in enumerate(sample.codes):
         for bit, (light, dark) in enumerate(code.bits):
@@ -265,29 +265,29 @@ def _light_of_bits(sample):
                 bright[dark] = sample.lit & (apart < -CLEAR)
     if not bright:
         return
-    # The mean of the pictures that are bright, for each pixel.
-    total = sum(sample.pictures[picture] * on for picture, on in bright.items())
+    # The mean of the images that are bright, for each pixel.
+    total = sum(sample.images[image] * on for image, on in bright.items())
     level = total / np.maximum(sum(bright.values(), np.zeros_like(total)), 1)
-    for picture, on in bright.items():
+    for image, on in bright.items():
         on = on & (level > 0)
         if np.count_nonzero(on) > MIN_PIXELS:
-            yield picture, float(np.mean(sample.pictures[picture][on] / level[on]))
+            yield image, float(np.mean(sample.images[image][on] / level[on]))
 
 
 def _light_of_three(sample, axis):
-    """(picture, its light as a share of what the Gray code gives) of three steps; none
+    """(image, its light as a share of what the Gray code gives) of three steps; none
     without inverses. Three steps add up to three times the light without pattern."""
     total, count = np.zeros_like(sample.high), np.zeros_like(sample.high)
     for other, code in enumerate(sample.codes):
         for bit, (light, dark) in enumerate(code.bits):
             if dark is not None:
                 clear = np.abs(sample.apart(other, bit)) > CLEAR
-                total += clear * (sample.pictures[light] + sample.pictures[dark]) / 2
+                total += clear * (sample.images[light] + sample.images[dark]) / 2
                 count += clear
     steps, on = sample.codes[axis].steps, sample.lit & (count > 0)
     if np.count_nonzero(on) < MIN_PIXELS:
         return
-    light = sample.pictures[list(steps)][:, on]
+    light = sample.images[list(steps)][:, on]
     beyond = light.sum(axis=0) - 3 * total[on] / count[on]
     change = np.linalg.lstsq(light.T, beyond, rcond=None)[0]
     yield from zip(steps, 1 / (1 - change.clip(max=0.9)), strict=True)

@@ -9,18 +9,18 @@ from raxel.features.active_grid.checks.code import Doubt, neighbours
 from raxel.features.active_grid.coding import REACH
 from raxel.features.active_grid.phase_unwrapping import share_told, usual_misfit
 
-# Which step does each picture of a sine show? Each picture of a sine, less the mean
+# Which step does each image of a sine show? Each image of a sine, less the mean
 # of all and in shares of their spread, is a combination of a sine and a cosine over
-# the pixels. So the pictures lie on a circle, at the angles of their steps, up to a
-# turn and a reflection: picture j of those in the order of the circle shows step m +
+# the pixels. So the images lie on a circle, at the angles of their steps, up to a
+# turn and a reflection: image j of those in the order of the circle shows step m +
 # j or m - j. The edges of a Gray code, or sines of other periods, determine which.
 
 
 FAINT = 0.01  # of the contrast: less is no sine
 SAME_STEP = 0.1  # of the distance between steps
-OF_SINES = 0.6  # share of a picture that is explained by what all have in common
+OF_SINES = 0.6  # share of an image that is explained by what all have in common
 MIN_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
-HEALED = 0.4  # of it is left by an order that explains the pictures
+HEALED = 0.4  # of it is left by an order that explains the images
 OFFSETS, SAME_OFFSET = 24, 0.005  # in a period, and what is taken for one of them
 
 
@@ -32,7 +32,7 @@ def rounded_offset(offset):
 
 
 def faulty_pictures(sample, axis, sines):
-    """A Doubt or none: about pictures of some Sines that show none of their steps."""
+    """A Doubt or none: about images of some Sines that show none of their steps."""
     names = [sample.names[k] for k in sines.steps]
     along, values = "xy"[sample.codes[axis].axis], _around_mean(sample, sines.steps)
     spread = np.sqrt(np.mean(values**2, axis=0))
@@ -42,7 +42,7 @@ def faulty_pictures(sample, axis, sines):
             "no-sines",
             True,
             f"{names[0]} to {names[-1]} show no sines along {along}, but as good as "
-            "equal light; put the right pictures there or take them again",
+            "equal light; put the right images there or take them again",
         )
         return
     values = _in_shares(values)
@@ -55,7 +55,7 @@ def faulty_pictures(sample, axis, sines):
         yield Doubt(
             "same-step",
             True,
-            f"{names[k]} shows the same step as {names[j]}; put the right picture "
+            f"{names[k]} shows the same step as {names[j]}; put the right image "
             "there or take it again",
         )
         return
@@ -66,7 +66,7 @@ def faulty_pictures(sample, axis, sines):
             "not-a-step",
             True,
             f"{' or '.join(names[k] for k in odd)} shows no step of the sines along "
-            f"{along} that the others show; put the right picture there",
+            f"{along} that the others show; put the right image there",
         )
 
 
@@ -77,14 +77,14 @@ def circle_order(sample, sines):
     values = _in_shares(_around_mean(sample, sines.steps))
     alike = values @ values.T / values.shape[1]
     if len(listed) == 3 or not _covered(alike):
-        return listed  # any three pictures are the steps of some sine
+        return listed  # any three images are the steps of some sine
     order, before, after = _best_order(alike)
     return order if before > MIN_LEFT and after < HEALED * before else listed
 
 
-def _around_mean(sample, pictures):
+def _around_mean(sample, images):
     """(N, P) light at lit pixels, less the mean of all."""
-    values = sample.pictures[list(pictures)][:, sample.lit]
+    values = sample.images[list(images)][:, sample.lit]
     return values - values.mean(axis=0)
 
 
@@ -96,8 +96,8 @@ def _in_shares(values):
 
 
 def _in_common(alike):
-    """(N,) the share of each picture that a sine of all explains; 1 where any three
-    pictures are the steps of some sine, or too little of a period is seen."""
+    """(N,) the share of each image that a sine of all explains; 1 where any three
+    images are the steps of some sine, or too little of a period is seen."""
     if len(alike) == 3 or not _covered(alike):
         return np.ones(len(alike))
     weights, vectors = np.linalg.eigh(alike)
@@ -105,7 +105,7 @@ def _in_common(alike):
 
 
 def _covered(alike):
-    """Whether there is enough of a period in the picture to know a sine by."""
+    """Whether there is enough of a period in the image to know a sine by."""
     weights = np.linalg.eigvalsh(alike)
     return weights[-2] > 0.05 * weights[-1]
 
@@ -113,7 +113,7 @@ def _covered(alike):
 def _best_order(alike):
     """(order, what the steps leave as listed, what they leave in that order).
 
-    What is left when a sine of the listed steps is fitted, as a share of all; pictures
+    What is left when a sine of the listed steps is fitted, as a share of all; images
     are exchanged as long as that makes it less.
     """
     count = len(alike)
@@ -153,7 +153,7 @@ OFF, TOO_FAR_OFF = 0.002, 0.04
 def frequency_doubts(sample, axis, noise):
     """A Doubt or none about the sines of an axis of a Sample; noise: a Noise.
 
-    Pictures of two of them exchanged, steps in the wrong order and offsets that are
+    Images of two of them exchanged, steps in the wrong order and offsets that are
     not stated leave each sine sound by itself, and phases that contradict each other.
     """
     code = sample.codes[axis]
@@ -242,7 +242,7 @@ def moved_doubts(sample, axis, blur_px):
     that is brighter shifts the phase as well.
     """
     code = sample.codes[axis]
-    # Of four steps and more, and edges midway between picture and inverse, the response
+    # Of four steps and more, and edges midway between image and inverse, the response
     # shifts none where they meet.
     if len(code.steps) < 4 or any(dark is None for _, dark in code.bits):
         return
@@ -263,19 +263,19 @@ def moved_doubts(sample, axis, blur_px):
             f"the sines along {'xy'[code.axis]} ({files}) begin "
             f"{turn / (2 * np.pi):.2g} periods, about {px:.1f} px, off the cells of "
             "its Gray code: something moved between them; camera and monitor must be "
-            "at rest: take the pictures again",
+            "at rest: take the images again",
         )
 
 
-def phases_at_edges(sample, axis, pictures):
+def phases_at_edges(sample, axis, images):
     """Of E edges that `_at_edges` finds, phases and what the code makes them, complex
     (E,) of unit length, and how much they grow towards higher cells, rad; all empty
-    where these cannot be told. pictures: in the place of the axis' steps."""
+    where these cannot be told. images: in the place of the axis' steps."""
     code, none = sample.codes[axis], (np.empty(0),) * 3
     if not code.bits:
         return none
     apart = np.array([sample.apart(axis, bit) for bit in range(len(code.bits))])
-    phase = sample.wave_of(code.sines, pictures)[0]
+    phase = sample.wave_of(code.sines, images)[0]
     lit = sample.lit & _clear(sample, np.abs(phase))
     phase = phase / np.maximum(np.abs(phase), 1e-9)
     cells = _cells(apart)
@@ -296,7 +296,7 @@ def _clear(sample, amplitudes):
 def _at_edges(code, apart, phase, cells, lit, first, second):
     """Where one bit changes on one surface: complex (E,) twice, (E,) and a count (1,).
 
-    The phase there, interpolated to where picture and inverse are equal, and what the
+    The phase there, interpolated to where image and inverse are equal, and what the
     cells make it; how much it grows towards higher cells, rad; how often it breaks.
     """
     turn = np.angle(phase[second] * np.conj(phase[first]))
@@ -318,7 +318,7 @@ def _at_edges(code, apart, phase, cells, lit, first, second):
 
 
 def _cells(apart):
-    """The cell of each pixel, by the signs of picture less inverse."""
+    """The cell of each pixel, by the signs of image less inverse."""
     value = np.zeros(apart[0].shape, bool)
     cells = np.zeros(apart[0].shape, np.int32)
     for bit in apart:
@@ -351,7 +351,7 @@ def phase_doubts(sample, noise):
 
 
 def _out_of_order(sample, axis, every, orders):
-    """Doubts about orders of pictures, each of some Sines, the first by its code."""
+    """Doubts about orders of images, each of some Sines, the first by its code."""
     for sines, order in zip(every, orders, strict=True):
         names = [sample.names[k] for k in sines.steps]
         if order != list(range(len(order))):
@@ -398,11 +398,11 @@ def edge_doubts(sample, axis, phase, due, along):
             True,
             f"the sines along {name} ({steps}) begin {abs(turns):.2f} periods off the "
             f"cells of its Gray code: give offset: {there} if they begin there, else "
-            "correct step, or take all pictures in one pose",
+            "correct step, or take all images in one pose",
         )
 
 
 def _of_code(sample, code):
-    """The pictures of a Gray code, as messages name them."""
+    """The images of a Gray code, as messages name them."""
     names = [sample.names[k] for pair in code.bits for k in pair if k is not None]
     return f"{names[0]} to {names[-1]}"

@@ -1,7 +1,7 @@
 """What the steps of a sine say against each other, and how wrong places are by it.
 
 A sine has three unknowns; of N steps, N - 3 numbers a pixel are left, for four steps
-I0 - I1 + I2 - I3. A picture that is brighter than the others or moved leaves
+I0 - I1 + I2 - I3. An image that is brighter than the others or moved leaves
 (N - 3) / N of what was done to it there, and turns the phase by 2 / N of that, over the
 modulation and in quadrature. Harmonics of the response are left as well: they follow
 the phase, two turns or more for one, and are taken off. Of three steps nothing is left.
@@ -19,7 +19,7 @@ from scipy.stats import chi2
 # noise that neighbours share, as the blocks of a JPEG file make it, is less averaged
 # away than white noise, and a window says by how much. Light that changes from step
 # to step leaves them in proportion to the light: with M what takes off a sine, and
-# pictures I_j that are brighter by g_j, the sum of M_kj I_j / (1 + g_j) over j is
+# images I_j that are brighter by g_j, the sum of M_kj I_j / (1 + g_j) over j is
 # nothing but noise. Its square is a form of 1 / (1 + g_j), which the vector of its
 # least eigenvalue makes least.
 
@@ -109,16 +109,16 @@ LIGHT, MOTION = "light", "motion"
 
 
 class Mismatch(NamedTuple):
-    """One picture against the other steps of its axis.
+    """One image against the other steps of its axis.
 
-    kind: LIGHT, MOTION, or "" where neither is certain; pictures: which one, or those
+    kind: LIGHT, MOTION, or "" where neither is certain; images: which one, or those
     of which it is one; size: light over that of the others less 1, or length of the
     shift in px. periods: RMS of the error of places by it. scatter: what is left of all
     steps, None of too small a surface.
     """
 
     kind: str
-    pictures: tuple[int, ...]
+    images: tuple[int, ...]
     size: float
     periods: float
     scatter: Scatter | None
@@ -177,7 +177,7 @@ def mismatch(sample, axis, noise):
         return None
     wave, mean = sample.wave(axis)
     wave = wave * np.exp(2j * np.pi * sample.codes[axis].sines.offset)  # of step 0
-    light = sample.pictures[list(steps)]
+    light = sample.images[list(steps)]
     one_surface = _on_one_surface(light, wave, sample.lit)
     found = np.argwhere(one_surface)
     if len(found) < MIN_PIXELS:
@@ -261,7 +261,7 @@ def _harmonics(pixels, usual, large, across):
 
     The response's curve follows from modulation and mean, which scattered light and the
     angle at which a facet shows the monitor change one by one; the monitor's own curve
-    changes with the angle, and so with the place in the picture. large: the orders of
+    changes with the angle, and so with the place in the image. large: the orders of
     which all that is looked for; blur leaves less of them the finer they are seen.
     across: how they may change with the place.
     """
