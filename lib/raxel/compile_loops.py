@@ -28,7 +28,7 @@ from raxel.cameras import (
 )
 from raxel.features import find_board
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.lines import no_ripple, undone
+from raxel.features.active_grid.lines import corrected_waves, no_ripple
 from raxel.features.active_grid.places import pixels_of
 from raxel.features.celect import celect
 from raxel.geometry import (
@@ -86,7 +86,7 @@ def compile_loops():
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
     ripple = no_ripple()._replace(steps=patterns[-1].of, times=1)
-    undone(ripple, np.ones(1, complex), np.zeros(1), np.zeros(1))
+    corrected_waves(ripple, np.ones(1, complex), np.zeros(1), np.zeros(1))
     for kind in (np.float32, np.float64):
         grids = np.stack([place.reshape(-1, 2)] * 2).astype(kind)
         fit = homography_to_base(grids, np.ones(grids.shape[:2], bool), 1)

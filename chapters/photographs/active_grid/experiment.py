@@ -73,7 +73,7 @@ def view_part(folder, index, width_px):
         name: _spread(found.sigma[..., axis]) for axis, name in enumerate("xy")
     }
     result["response"] = {
-        name: {"shift": own.size, "left": own.left}
+        name: {"shift": own.size, "left": own.remaining}
         for name, own in zip("xy", found.response, strict=True)
         if own.size is not None
     }

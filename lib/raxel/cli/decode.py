@@ -68,7 +68,7 @@ def _summary(label, found):
         "response": {
             "corrected": [bool(own.ripple.steps) for own in decoded.response],
             "shift": [own.size for own in decoded.response],
-            "left": [own.left for own in decoded.response],
+            "left": [own.remaining for own in decoded.response],
         },
         "step_errors": list(found.step_errors),
         "noise_factors": list(found.noise_factors),
@@ -122,8 +122,8 @@ def _of_response(view):
     """What the response of monitor and camera did to places, and what is left."""
     found = view["response"]
     parts = [
-        f"{axis} by {shift:.2g} {view['unit']}, {left:.2g} left"
-        for axis, corrected, shift, left in zip("xy", *found.values(), strict=True)
+        f"{axis} by {shift:.2g} {view['unit']}, {remaining:.2g} left"
+        for axis, corrected, shift, remaining in zip("xy", *found.values(), strict=True)
         if corrected
     ]
     return f"; response corrected: {'; '.join(parts)}" if parts else ""

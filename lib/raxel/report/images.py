@@ -11,11 +11,11 @@ from raxel.evaluation.coverage import board_counts
 from raxel.features.active_grid import REASONS
 from raxel.features.active_grid.coding import (
     ALONE,
-    BESIDE,
+    BORDER,
     BREAK,
     DARK,
     FILLED,
-    RIM,
+    OUTSIDE,
     SATURATED,
     UNREADABLE,
 )
@@ -212,8 +212,8 @@ GRID_COLOURS = {
     SATURATED: (60, 60, 220),
     UNREADABLE: (200, 60, 200),
     ALONE: (0, 120, 255),
-    BESIDE: (180, 170, 60),
-    RIM: (170, 170, 170),
+    OUTSIDE: (180, 170, 60),
+    BORDER: (170, 170, 170),
     BREAK: (90, 200, 90),
 }
 STRENGTH = 0.6  # of the colours over the photograph

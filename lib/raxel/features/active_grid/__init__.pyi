@@ -1,5 +1,5 @@
 from .coding import DARK as DARK
-from .coding import REACH as REACH
+from .coding import WINDOW_RADIUS as WINDOW_RADIUS
 from .coding import phase_weights as phase_weights
 from .decoding import REASONS as REASONS
 from .decoding import Decoded as Decoded

@@ -1,8 +1,8 @@
-"""Decoding an active grid: which point of the monitor does each pixel see?
+"""Decoding of an active grid: the monitor position that each pixel views.
 
-Thesis 3.2.2. The Gray code gives the cell, each bit by comparing an image with its
-inverse, which puts an edge midway between where both show it; the phase of the sines
-gives the place in it, in four quadrants (3.23). Both together are the location (3.24).
+Thesis 3.2.2. The Gray code gives the cell. Each bit compares an image with its inverse,
+so that an edge is where both are equal. The phase of the sinusoidal patterns gives the
+position in the cell, in four quadrants (3.23). Both give the location (3.24).
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raxel.features.active_grid.coding import (
-    AHEAD,
     ALONE,
-    BESIDE,
+    BORDER,
     BREAK,
     DARK,
     DECODED,
     FILLED,
-    REACH,
-    RIM,
-    ROWS_A_CALL,
+    OUTSIDE,
+    ROWS_AROUND,
+    ROWS_PER_CALL,
     SATURATED,
     UNREADABLE,
+    WINDOW_RADIUS,
     CodePlan,
-    PictureStack,
+    ImageStack,
     Ripples,
     empty_rows,
     plan_arrays,
     strips_of,
 )
 from raxel.features.active_grid.errors import (
-    OF_NEIGHBOURS,
-    OF_WINDOWS,
+    NEIGHBOUR_VARIANCE,
+    WINDOW_VARIANCE,
     Blur,
     Noise,
     estimate_noise,
     measured_blur,
-    scatter_of_places,
+    position_scatter,
     share_at_folds,
     share_noise,
     squared_bias,
@@ -51,23 +51,27 @@ from raxel.features.active_grid.errors import (
 )
 from raxel.features.active_grid.lines import ripples_of
 from raxel.features.active_grid.phase_unwrapping import (
-    EVERY,
+    ROW_STEP,
+    exclude_breaks,
     fill_holes,
     find_breaks,
-    leave_out_breaks,
     smooth_neighbours,
-    told_cells,
-    trim_rim,
+    trim_border,
     trim_sides,
+    unwrapped_cells,
 )
-from raxel.features.active_grid.places import place_rows
+from raxel.features.active_grid.positions import locate_rows
 from raxel.features.active_grid.reading import read_rows
-from raxel.features.active_grid.response import UNTOLD, Response, measured_response
+from raxel.features.active_grid.response import (
+    UNKNOWN_RESPONSE,
+    Response,
+    measured_response,
+)
 from raxel.io.files import processors
 from raxel.sets.model import ActiveGrid, Pattern
 
-ROWS_AT_ONCE = 128
-MARGIN_PX = 6  # at least, and where the blur cannot be measured
+ROWS_PER_TASK = 128
+MARGIN_PX = 6  # minimum, and the margin where the blur cannot be measured
 REASONS = {
     DECODED: "decoded",
     FILLED: "filled from neighbours",
@@ -75,8 +79,8 @@ REASONS = {
     SATURATED: "overexposed",
     UNREADABLE: "the code cannot be read",
     ALONE: "no neighbour agrees",
-    BESIDE: "beside the monitor",
-    RIM: "at the rim of the lit area",
+    OUTSIDE: "beside the monitor",
+    BORDER: "at the rim of the lit area",
     BREAK: "at a break of the surface",
 }
 
@@ -120,7 +124,7 @@ class Decoded:
     noise: Noise
     blur_px: float | None
     margin_px: int
-    response: tuple[Response, Response] = (UNTOLD, UNTOLD)
+    response: tuple[Response, Response] = (UNKNOWN_RESPONSE, UNKNOWN_RESPONSE)
 
     @property
     def mask(self) -> NDArray[np.bool_]:
@@ -245,10 +249,10 @@ def decode(
     ----------
     Thesis 3.2.2, (3.23) and (3.24).
     """
-    stack = PictureStack(images, patterns, monitor.monitor_px, white, black)
+    stack = ImageStack(images, patterns, monitor.monitor_px, white, black)
     limit = np.iinfo(stack.dtype).max if saturated is None else int(saturated)
     if noise is None:
-        noise = estimate_noise(stack.for_noise(), limit)
+        noise = estimate_noise(stack.noise_images(), limit)
     elif not isinstance(noise, Noise):
         noise = Noise(float(noise) ** 2)
     if blur_px is None:
@@ -260,19 +264,19 @@ def decode(
     if monitor.monitor_mm:
         unit = np.divide(monitor.monitor_mm, monitor.monitor_px)
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
-    if plan.told.any():
-        orders = told_cells(images, stack.codes, monitor.monitor_px, noise, smooth)
+    if plan.unwrapped.any():
+        orders = unwrapped_cells(images, stack.codes, monitor.monitor_px, noise, smooth)
         plan = plan._replace(orders=orders)
-    responses = (UNTOLD,) * len(stack.codes)
+    responses = (UNKNOWN_RESPONSE,) * len(stack.codes)
     if not linear:
         responses = measured_response(stack, noise, limit, blur.px if blur else 0.0)
     ripples = [response.ripple for response in responses]
     plan = plan._replace(uneven=np.array([ripple.uneven for ripple in ripples]))
-    averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
+    averaged = WINDOW_VARIANCE * smooth + NEIGHBOUR_VARIANCE * neighbours
     blurred = blur.px if blur else 0.0
     spread = np.sqrt(noise.at(0)) * max(shared)  # type: ignore[union-attr]
     of_pixels = averaged, blurred, spread
-    bias = squared_bias(images, stack.seen, *of_pixels, ripples, plan.orders)
+    bias = squared_bias(images, stack.given_codes, *of_pixels, ripples, plan.orders)
     settings = DecoderSettings(
         plan=plan,
         smooth=smooth,
@@ -280,7 +284,7 @@ def decode(
         saturated=stack.dtype.type(limit),
         variance=tuple(map(np.float32, noise)),  # type: ignore[arg-type]
         ripples=ripples_of(ripples, stack.shape),
-        bias=_with_left(bias, responses),
+        bias=_with_rest(bias, responses),
     )
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
@@ -306,23 +310,23 @@ def decode(
     )
 
 
-def _with_left(bias, responses):
-    """Squared periods of a bias, with what is left of the ripple of a response."""
-    left = [[response.left or 0.0] for response in responses]
-    return bias + np.float32(left)[..., None] ** 2
+def _with_rest(bias, responses):
+    """Return the squared bias in periods plus the rest of the response's ripple."""
+    rest = [[response.rest or 0.0] for response in responses]
+    return bias + np.float32(rest)[..., None] ** 2
 
 
 def _by_axis(responses, lengths, codes):
-    """(along x, along y), in the unit of `lengths` of periods."""
+    """Return the responses (along x, along y) in the unit of `lengths` of periods."""
     found = {
         code.axis: response.scaled(length)
         for response, length, code in zip(responses, lengths, codes, strict=True)
     }
-    return tuple(found.get(axis, UNTOLD) for axis in (0, 1))
+    return tuple(found.get(axis, UNKNOWN_RESPONSE) for axis in (0, 1))
 
 
 def _margins(margin_px, blur, smooth):
-    """(2,) px: what to leave out at the rim of the lit area, and at jumps."""
+    """Return (2,) px: margins at the border of the lit area and at jumps."""
     if margin_px is not None:
         return margin_px, margin_px
     if blur is None:
@@ -331,7 +335,7 @@ def _margins(margin_px, blur, smooth):
 
 
 def _arrays(shape, into):
-    """location, sigma, cells (A, H, W) and status (H, W) to write to."""
+    """Return location, sigma, cells (A, H, W) and status (H, W) to write to."""
     if into is not None and shape[0] == 2 and into.status.shape == shape[1:]:
         both = (into.location, into.sigma, into.cells)
         return *(np.moveaxis(array, 2, 0) for array in both), into.status
@@ -340,7 +344,7 @@ def _arrays(shape, into):
 
 
 def _decode_all(stack, settings, pool, out):
-    """Decode all rows, ROWS_AT_ONCE at a time, each thread with rows of its own."""
+    """Decode all rows, ROWS_PER_TASK at a time; each thread has its own rows."""
     kept = threading.local()
 
     def decode_part(first):
@@ -348,66 +352,66 @@ def _decode_all(stack, settings, pool, out):
             kept.rows = empty_rows(len(stack.codes), stack.dtype)
         _decode_part(stack, first, settings, kept.rows, out)
 
-    list(pool.map(decode_part, range(0, stack.shape[0], ROWS_AT_ONCE)))
+    list(pool.map(decode_part, range(0, stack.shape[0], ROWS_PER_TASK)))
 
 
 def _leave_out(margins, plan, pool, out):
-    """Leave out pixels near the rim, jumps and, at the image's border, both."""
+    """Exclude pixels near the lit area's border, at jumps and at the image's border."""
     location, sigma, _, status = out
     height, width = status.shape
-    broken = np.empty((-(-height // EVERY), width), np.uint8)
+    broken = np.empty((-(-height // ROW_STEP), width), np.uint8)
     parts = [
-        (first, min(first + ROWS_AT_ONCE, height))
-        for first in range(0, height, ROWS_AT_ONCE)
+        (first, min(first + ROWS_PER_TASK, height))
+        for first in range(0, height, ROWS_PER_TASK)
     ]
-    list(pool.map(lambda part: trim_rim(*part, margins[0], out), parts))
-    places = location, sigma, plan.used, plan.length
-    list(pool.map(lambda part: find_breaks(*places, *part, broken), parts))
-    list(pool.map(lambda part: leave_out_breaks(*part, margins[1], broken, out), parts))
+    list(pool.map(lambda part: trim_border(*part, margins[0], out), parts))
+    positions = location, sigma, plan.used, plan.length
+    list(pool.map(lambda part: find_breaks(*positions, *part, broken), parts))
+    list(pool.map(lambda part: exclude_breaks(*part, margins[1], broken, out), parts))
     trim_sides(margins[1], plan.extent[:, None, None], out)
 
 
 def _widen(settings, variance, pool, out):
-    """Let sigma hold what windows and blur (variance, px^2) do to bends and folds."""
+    """Add the bias of windows and blur (variance, px^2) at bends and folds to sigma."""
     location, sigma, _, status = out
-    plan, places = settings.plan, (location, sigma)
-    scatter = scatter_of_places(*places, plan.used)
+    plan, positions = settings.plan, (location, sigma)
+    scatter = position_scatter(*positions, plan.used)
     of_folds = scatter, plan.used, share_at_folds(variance)
     of_bends = settings.bias, plan, variance / 2
 
     def widen(first):
-        rows = first, first + ROWS_AT_ONCE
-        widen_at_folds(*places, *of_folds, *rows)
-        widen_at_bends(*places, *of_bends, *rows)
+        rows = first, first + ROWS_PER_TASK
+        widen_at_folds(*positions, *of_folds, *rows)
+        widen_at_bends(*positions, *of_bends, *rows)
 
-    list(pool.map(widen, range(0, len(status), ROWS_AT_ONCE)))
+    list(pool.map(widen, range(0, len(status), ROWS_PER_TASK)))
 
 
 def _decode_part(stack, first, settings, rows, out):
-    """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
-    stop = min(first + ROWS_AT_ONCE, stack.shape[0])
+    """Decode ROWS_PER_TASK rows from `first`; rows: work space."""
+    stop = min(first + ROWS_PER_TASK, stack.shape[0])
     images, start = stack.rows(first, stop)
     plan = settings.plan
     plan = plan._replace(orders=plan.orders[:, start:])
     to_read = plan, settings.saturated, settings.variance, settings.ripples
-    to_place = plan, settings.smooth, settings.mark_own, settings.bias
+    to_locate = plan, settings.smooth, settings.mark_own, settings.bias
     for strip in strips_of(images.shape[2]):
-        known, end = max(first - start - REACH, 0), images.shape[1]
-        for y in range(first - start, stop - start, ROWS_A_CALL):
-            after = min(y + ROWS_A_CALL, stop - start)
-            ahead = min(after + AHEAD, end)
-            read_rows(images, (known, ahead, start), strip, *to_read, rows)
-            part, known = (y, after, y + start), ahead
-            place_rows(images, part, strip, *to_place, rows, out)
+        known, end = max(first - start - WINDOW_RADIUS, 0), images.shape[1]
+        for y in range(first - start, stop - start, ROWS_PER_CALL):
+            after = min(y + ROWS_PER_CALL, stop - start)
+            read_stop = min(after + ROWS_AROUND, end)
+            read_rows(images, (known, read_stop, start), strip, *to_read, rows)
+            part, known = (y, after, y + start), read_stop
+            locate_rows(images, part, strip, *to_locate, rows, out)
 
 
 def _of_axes(stack, both):
-    """(A,) float32 of those axes that there are images of."""
+    """Return (A,) float32 of the axes that have images."""
     return np.array([both[code.axis] for code in stack.codes], np.float32)
 
 
 def _both_axes(array, codes):
-    """(A, H, W) as (H, W, 2), a view where both axes are there."""
+    """Return (A, H, W) as (H, W, 2), a view where both axes exist."""
     if len(codes) == 1:
         only = array[0]
         missing = np.nan if array.dtype.kind == "f" else 0

@@ -1,6 +1,6 @@
-"""From cells and phases to places, row by row, in compiled loops.
+"""Positions from cells and phases, row by row, in compiled loops; and look-up.
 
-Written as `reading`; what is compiled in from `phases` is `turn_row`.
+Loops are written as in `reading`; only `turn_row` is compiled in from `phases`.
 """
 
 from __future__ import annotations
@@ -15,36 +15,36 @@ from raxel.features.active_grid.coding import (
     ALONE,
     BAD,
     BELOW,
-    BESIDE,
+    BLOCK_PX,
+    CELL_OFFSET,
     COSINE,
     DECODED,
     DOUBT,
     HIGHEST,
-    KEPT,
     LOST,
     LOWEST,
-    OFF,
+    MAX_STRIP_COLUMNS,
+    OUTSIDE,
     OWN,
     PERIOD,
-    PLACE,
+    POSITION,
     RIGHT,
+    RING_ROWS,
     SIGMA,
     SINE,
     SPREAD,
-    SQUARE,
     STATUS,
-    STRIP,
     TURN,
     UNREADABLE,
 )
 from raxel.features.active_grid.phases import turn_row
 from raxel.geometry.homography import apply_homography, homography_dlt
 
-# Looking up a decoded active grid: the point at a place of the image, and back.
+# Look-up in a decoded active grid: the point at a pixel, and the pixel of a point.
 
 
-ANYWHERE = 1e9  # side of a cell that holds all there is
-REACH = 2  # px about the nearest pixel, where the four are looked for
+UNBOUNDED_CELL = 1e9  # side of a cell that contains all points
+SEARCH_RADIUS_PX = 2  # around the nearest pixel, for the four nearest ones
 
 
 def points_at(location: np.ndarray, pixels: ArrayLike) -> NDArray[np.float64]:
@@ -117,11 +117,11 @@ def pixels_of(location: np.ndarray, points: ArrayLike) -> NDArray[np.float64]:
     """
     points = np.asarray(points, float)
     pixels = np.full((len(points), 2), np.nan)
-    asked = np.flatnonzero(np.isfinite(points).all(axis=1))
-    if len(asked):
+    selected = np.flatnonzero(np.isfinite(points).all(axis=1))
+    if len(selected):
         single = np.ascontiguousarray(location, np.float32)
-        nearest = nearest_pixels(single, points[asked])
-        for k, pixel in zip(asked, nearest, strict=True):
+        nearest = nearest_pixels(single, points[selected])
+        for k, pixel in zip(selected, nearest, strict=True):
             if pixel[0] >= 0:
                 pixels[k] = _between(location, pixel, points[k])
     return pixels
@@ -148,7 +148,7 @@ def nearest_pixels(
         (N, 2) pixels u and v; -1 for none.
     """
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
-    side = extent / np.sqrt(len(points)) or ANYWHERE
+    side = extent / np.sqrt(len(points)) or UNBOUNDED_CELL
     cells = ((points - low) / side).astype(int) + 1
     shape = cells.max(axis=0) + 2
     number = cells @ [1, shape[0]]
@@ -183,14 +183,14 @@ def _search(location, points, low, side, shape, order, starts):
 
 
 def _between(location, pixel, point):
-    """Where `point` is seen between the four pixels that see nearest to it."""
-    low = np.maximum(pixel - REACH, 0)
-    high = pixel + REACH + 1
+    """Return the pixel of `point` between the four nearest pixels."""
+    low = np.maximum(pixel - SEARCH_RADIUS_PX, 0)
+    high = pixel + SEARCH_RADIUS_PX + 1
     part = location[low[1] : high[1], low[0] : high[0]]
     v, u = np.nonzero(np.isfinite(part).all(axis=2))
-    seen = part[v, u].astype(float)
+    visible = part[v, u].astype(float)
     around = np.column_stack([u, v]) + low
-    order = np.argsort(np.sum((seen - point) ** 2, axis=1), kind="stable")
+    order = np.argsort(np.sum((visible - point) ** 2, axis=1), kind="stable")
     four = []
     for k in order:
         if all(_triangle(around[i], around[j], around[k]) for i, j in _pairs(four)):
@@ -200,8 +200,8 @@ def _between(location, pixel, point):
     else:
         return np.full(2, np.nan)
     try:
-        H = homography_dlt(seen[four], around[four].astype(float))
-    except InputError:  # their places are in a row, or one
+        H = homography_dlt(visible[four], around[four].astype(float))
+    except InputError:  # collinear or equal points
         return np.full(2, np.nan)
     found = apply_homography(H, point[None])[0]
     return found if np.abs(found - pixel).max() <= 1 else np.full(2, np.nan)
@@ -212,35 +212,38 @@ def _pairs(members):
 
 
 def _triangle(a, b, c):
-    """Whether three pixels are not on one line."""
+    """Whether three pixels are not collinear."""
     return (b[0] - a[0]) * (c[1] - a[1]) != (b[1] - a[1]) * (c[0] - a[0])
 
 
-# Near the next period by less than this share of one; what a response shifts phases
-# by is less.
-CLOSE = np.float32(0.02)
-# The cosine of phases on one surface is above this: as for breaks, `reading.OPPOSED`.
-SAME = np.float32(-1e-6)
-# So far from a cell, in cells, its code may be read when an edge is blurred.
-BLURRED = np.float32(0.3)
-# Beyond the monitor's border by four standard deviations there is no light; this is
-# squared.
-FAR = np.float32(16.0)
+# Share of a period: pixels this close to the next period may belong to it; the shift by
+# a response is smaller.
+PERIOD_TOL = np.float32(0.02)
+# Minimal cosine between phases on one surface, as for breaks (`OPPOSITE_COSINE`).
+MIN_SURFACE_COSINE = np.float32(-1e-6)
+# Distance from a cell, in cells, at which its code may be read at a blurred edge.
+BLURRED_CELLS = np.float32(0.3)
+# Squared number of standard deviations beyond the monitor's border with any light.
+BORDER_VARIANCES = np.float32(16.0)
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 _NOWHERE = np.float32(np.nan)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_seen(axis, y, height, n, rows):
-    """DOUBT beside an edge: one of four neighbours is elsewhere, or a bit is weak."""
+def _mark_doubt(axis, y, height, n, rows):
+    """Set DOUBT next to an edge: a neighbour has another cell, or a bit is weak."""
     codes, greys, flags = rows.codes, rows.greys, rows.flags
-    k, above, under = y % KEPT, max(y - 1, 0) % KEPT, min(y + 1, height - 1) % KEPT
+    k, above, under = (
+        y % RING_ROWS,
+        max(y - 1, 0) % RING_ROWS,
+        min(y + 1, height - 1) % RING_ROWS,
+    )
     for x in range(n):
-        own, least = codes[axis, k, x], greys[axis, k, LOWEST + x]
-        weak = 2 * np.int32(least) < np.int32(greys[0, k, HIGHEST + x])
+        own, lowest = codes[axis, k, x], greys[axis, k, LOWEST + x]
+        weak = 2 * np.int32(lowest) < np.int32(greys[0, k, HIGHEST + x])
         upright = (own != codes[axis, above, x]) | (own != codes[axis, under, x])
         flags[axis, DOUBT + x] = weak | upright
-    # Indices that are seen to be no less than 0 run on many pixels at once.
+    # Loops with indices that are known to be nonnegative are vectorised.
     for x in range(n - 1):
         flags[axis, DOUBT + x] |= codes[axis, k, x] != codes[axis, k, x + 1]
     for x in range(n - 1):
@@ -249,33 +252,32 @@ def _mark_seen(axis, y, height, n, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _nearest_period(axis, k, n, ratio, rows):
-    """The period whose place with this phase is nearest to the middle of the cell.
+    """Set the period whose position with this phase is nearest to the cell's centre.
 
-    OFF: by how much it is beyond the middle, in periods. DOUBT from where an edge is
-    seen to where it leaves the period in doubt: near the next one, and where noise
-    could turn one into the other (even). LOST if no edge is seen there: nothing says
-    which one it is.
+    CELL_OFFSET: distance from the centre, in periods. DOUBT: an edge is visible, and
+    the period is uncertain, because the next period is near or noise could exchange the
+    two (even). LOST: as DOUBT by noise, but without a visible edge that decides.
     """
     codes, work, flags, marks = rows.codes, rows.work, rows.flags, rows.marks
-    farthest, reach = _ONE - _HALF * ratio, BLURRED * ratio
+    farthest, reach = _ONE - _HALF * ratio, BLURRED_CELLS * ratio
     for x in range(n):
         turn = work[axis, TURN + x]
         middle = (np.float32(codes[axis, k, x]) + _HALF) * ratio
         nearest = np.ceil(middle - turn - _HALF)
-        off = nearest + turn - middle
+        offset = nearest + turn - middle
         work[axis, PERIOD + x] = nearest
-        work[axis, OFF + x] = off
-        gap = farthest - abs(off)
-        even = gap * abs(gap) < FAR * work[axis, SPREAD + x]
-        seen, asked = flags[axis, DOUBT + x] != 0, marks[k, BAD + x] == DECODED
-        flags[axis, DOUBT + x] = asked & seen & ((gap < reach) | even)
-        flags[axis, LOST + x] = asked & even & (not seen)
+        work[axis, CELL_OFFSET + x] = offset
+        gap = farthest - abs(offset)
+        even = gap * abs(gap) < BORDER_VARIANCES * work[axis, SPREAD + x]
+        visible, selected = flags[axis, DOUBT + x] != 0, marks[k, BAD + x] == DECODED
+        flags[axis, DOUBT + x] = selected & visible & ((gap < reach) | even)
+        flags[axis, LOST + x] = selected & even & (not visible)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _which(axis, flags, out):
-    """How many pixels are in doubt; out: which, eight bytes looked at together."""
-    count, doubt = 0, flags[axis, DOUBT : DOUBT + STRIP]
+    """Return the number of pixels in doubt; out: which; tests eight bytes at a time."""
+    count, doubt = 0, flags[axis, DOUBT : DOUBT + MAX_STRIP_COLUMNS]
     eight = doubt.view(np.uint64)
     for k in range(len(eight)):
         if eight[k]:
@@ -288,7 +290,7 @@ def _which(axis, flags, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bit_of_edge(edge, bits):
-    """Which bit changes between cells edge - 1 and edge; bit 0 is the coarsest."""
+    """Return the bit that changes between cells edge - 1 and edge; 0: coarsest."""
     bit = bits - 1
     while edge % 2 == 0:
         edge //= 2
@@ -297,22 +299,22 @@ def _bit_of_edge(edge, bits):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_seen(edge, contrast, most, cell, around, by_others):
-    """Whether the edge between cells edge - 1 and edge is seen at a pixel.
+def _is_visible(edge, contrast, contrast_limit, cell, around, by_others):
+    """Whether the edge between cells edge - 1 and edge is visible at a pixel.
 
-    Its bit has lost contrast there, or (by_others) one of the four neighbours around is
-    read beyond it.
+    Its bit has little contrast there, or (by_others) one of the four neighbours is on
+    the other side of it.
     """
     above, under, left, right = around
-    behind = cell >= edge
-    seen = ((above >= edge) != behind) | ((under >= edge) != behind)
-    seen |= ((left >= edge) != behind) | ((right >= edge) != behind)
-    return (4 * contrast < 3 * most) | (seen & by_others)
+    past = cell >= edge
+    visible = ((above >= edge) != past) | ((under >= edge) != past)
+    visible |= ((left >= edge) != past) | ((right >= edge) != past)
+    return (4 * contrast < 3 * contrast_limit) | (visible & by_others)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _difference(images, y, x, pairs, edge):
-    """Picture less inverse of the bit that changes at an edge of cells."""
+    """Return image minus inverse of the bit that changes at an edge of cells."""
     bit = _bit_of_edge(edge, len(pairs))
     light, dark = images[pairs[bit, 0], y, x], images[pairs[bit, 1], y, x]
     return np.int64(light) - np.int64(dark)
@@ -320,19 +322,23 @@ def _difference(images, y, x, pairs, edge):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_around(images, y, x, start, width, pairs, edge, axis, waves, codes, marks):
-    """How many of 3 x 3 pixels see the same surface, and the sum of `_difference`.
+    """Return the number of 3 x 3 pixels on the same surface, and sum of `_difference`.
 
-    Not those that are bad, outside, or on the other side of a break. The sum is
-    positive where it agrees with the pixel in the middle. start, width: of the strip.
+    Excludes bad pixels, those outside, and those across a break. The sum is positive
+    where it agrees with the central pixel. start, width: of the strip.
     """
-    total, count, k = 0, 0, y % KEPT
+    total, count, k = 0, 0, y % RING_ROWS
     for v in range(max(y - 1, 0), min(y + 2, images.shape[1])):
-        i = v % KEPT
+        i = v % RING_ROWS
         for u in range(max(x - 1, 0), min(x + 2, width)):
             along = waves[axis, k, SINE + x] * waves[axis, i, SINE + u]
             along += waves[axis, k, COSINE + x] * waves[axis, i, COSINE + u]
-            apart = np.int64(codes[axis, i, u]) - np.int64(codes[axis, k, x])
-            if abs(apart) <= 1 and marks[i, BAD + u] == DECODED and along >= SAME:
+            difference = np.int64(codes[axis, i, u]) - np.int64(codes[axis, k, x])
+            if (
+                abs(difference) <= 1
+                and marks[i, BAD + u] == DECODED
+                and along >= MIN_SURFACE_COSINE
+            ):
                 count += 1
                 total += _difference(images, v, start + u, pairs, edge)
     agrees = _difference(images, y, start + x, pairs, edge) > 0
@@ -340,50 +346,54 @@ def _sum_around(images, y, x, start, width, pairs, edge, axis, waves, codes, mar
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _settle(images, y, axis, strip, plan, rows, asked):
-    """The wrap rule: at an edge of cells the phase says on which side a pixel is.
+def _settle(images, y, axis, strip, plan, rows, selected):
+    """Apply the wrap rule: at an edge of cells the phase decides on the side.
 
     A pixel whose phase is near the start or end of its period is at one edge of its
-    cell, or beyond the other one, with that edge's bit misread: then the bit has lost
-    contrast. Where noise could turn the phase around (even), one of the two must be
-    seen. If the edge across is, the bits of both decide, each as a mean of the 3 x 3
-    pixels that see the same surface.
+    cell, or beyond the other one with the bit of that edge misread. A misread bit has
+    little contrast. Where noise could wrap the phase (even), one of the two edges must
+    be visible. If the edge across is visible, the bits of both edges decide, each as a
+    mean of the 3 x 3 pixels on the same surface.
 
-    asked: the pixels in doubt. Their period moves by one, or lost is set. Before the
-    first edge and from plan.edges on there is nothing to be seen.
+    selected: the pixels in doubt. Their period changes by one, or lost is set. There
+    are no edges before the first one and from plan.edges on.
     """
     pairs, edges = plan.pairs[axis, : plan.bits[axis]], plan.edges[axis]
     height, last = images.shape[1], strip.width - 1
     surface = axis, rows.waves, rows.codes, rows.marks
-    k, above, under = y % KEPT, max(y - 1, 0) % KEPT, min(y + 1, height - 1) % KEPT
+    k, above, under = (
+        y % RING_ROWS,
+        max(y - 1, 0) % RING_ROWS,
+        min(y + 1, height - 1) % RING_ROWS,
+    )
     code, work, lost = rows.codes[axis], rows.work[axis], rows.flags[axis, LOST:]
     greys, columns = rows.greys, (strip.start, strip.width)
     farthest = _ONE - _HALF * plan.ratio[axis]
-    for x in asked:
-        u, off = strip.start + x, work[OFF + x]
-        gap = farthest - abs(off)
-        even = gap * abs(gap) < FAR * work[SPREAD + x]
-        cell, most, below = (
+    for x in selected:
+        u, offset = strip.start + x, work[CELL_OFFSET + x]
+        gap = farthest - abs(offset)
+        even = gap * abs(gap) < BORDER_VARIANCES * work[SPREAD + x]
+        cell, contrast_limit, below = (
             np.int64(code[k, x]),
             np.int64(greys[0, k, HIGHEST + x]),
-            off < 0,
+            offset < 0,
         )
         near, across = (cell, cell + 1) if below else (cell + 1, cell)
         around = code[above, x], code[under, x], code[k, max(x - 1, 0)]
-        seen_by = most, cell, (*around, code[k, min(x + 1, last)])
-        near_is_seen = across_is_seen = False
+        visibility = contrast_limit, cell, (*around, code[k, min(x + 1, last)])
+        near_is_visible = across_is_visible = False
         if 0 < near < edges:
             contrast = abs(_difference(images, y, u, pairs, near))
-            near_is_seen = _is_seen(near, contrast, *seen_by, True)
+            near_is_visible = _is_visible(near, contrast, *visibility, True)
         if 0 < across < edges:
             contrast = abs(_difference(images, y, u, pairs, across))
-            close = even | (gap < CLOSE)
-            across_is_seen = _is_seen(across, contrast, *seen_by, close)
-        if not across_is_seen:
-            lost[x] |= even & (not near_is_seen)
+            close = even | (gap < PERIOD_TOL)
+            across_is_visible = _is_visible(across, contrast, *visibility, close)
+        if not across_is_visible:
+            lost[x] |= even & (not near_is_visible)
             continue
         count, at_across = _sum_around(images, y, x, *columns, pairs, across, *surface)
-        half = at_near = count * most
+        half = at_near = count * contrast_limit
         if 0 < near < edges:
             at_near = 2 * abs(
                 _sum_around(images, y, x, *columns, pairs, near, *surface)[1]
@@ -396,14 +406,14 @@ def _settle(images, y, axis, strip, plan, rows, asked):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_period(images, y, axis, strip, plan, rows):
-    """The period of each pixel of a row, from its code, and settled where in doubt."""
+    """Set the period of each pixel of a row from its code, and resolve doubts."""
     n, ratio = strip.width, plan.ratio[axis]
     if plan.bits[axis]:
-        _mark_seen(axis, y, images.shape[1], n, rows)
-    _nearest_period(axis, y % KEPT, n, ratio, rows)
+        _mark_doubt(axis, y, images.shape[1], n, rows)
+    _nearest_period(axis, y % RING_ROWS, n, ratio, rows)
     if plan.bits[axis]:
-        asked = rows.asked[: _which(axis, rows.flags, rows.asked)]
-        _settle(images, y, axis, strip, plan, rows, asked)
+        selected = rows.selected[: _which(axis, rows.flags, rows.selected)]
+        _settle(images, y, axis, strip, plan, rows, selected)
     else:
         rows.flags[axis, LOST : LOST + n] = 0
 
@@ -416,12 +426,12 @@ def _cell_as_period(axis, k, n, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mark_alone(k, before, n, rows):
-    """STATUS: what is bad, and pixels that break with all four neighbours."""
+    """Set STATUS: bad pixels, and pixels with breaks to all four neighbours."""
     marks, common = rows.marks, rows.common
     for x in range(n):
-        apart = (marks[k, BELOW + x] != 0) & (marks[before, BELOW + x] != 0)
-        apart &= (marks[k, RIGHT + x] != 0) & (marks[k, BAD + x] == DECODED)
-        common[STATUS + x] = ALONE if apart else marks[k, BAD + x]
+        difference = (marks[k, BELOW + x] != 0) & (marks[before, BELOW + x] != 0)
+        difference &= (marks[k, RIGHT + x] != 0) & (marks[k, BAD + x] == DECODED)
+        common[STATUS + x] = ALONE if difference else marks[k, BAD + x]
     for x in range(n - 1):
         status, own = common[STATUS + x + 1], marks[k, BAD + x + 1]
         joined = marks[k, RIGHT + x] == 0
@@ -438,33 +448,33 @@ def _mark_lost(axis, n, rows):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _find_place(axis, n, length, extent, rows):
-    """Places, and where they are beyond the monitor's border by more than noise."""
+def _find_position(axis, n, length, extent, rows):
+    """Set positions, and mark those outside the monitor by more than noise."""
     work, common = rows.work, rows.common
-    slack = FAR * length * length
+    slack = BORDER_VARIANCES * length * length
     for x in range(n):
-        place = length * (work[axis, PERIOD + x] + work[axis, TURN + x])
-        work[axis, PLACE + x] = place
-        beyond = max(-place, place - extent)
-        off = (beyond > _ZERO) & (beyond * beyond > slack * work[axis, SPREAD + x])
+        position = length * (work[axis, PERIOD + x] + work[axis, TURN + x])
+        work[axis, POSITION + x] = position
+        excess = max(-position, position - extent)
+        offset = (excess > _ZERO) & (excess * excess > slack * work[axis, SPREAD + x])
         status = common[STATUS + x]
-        common[STATUS + x] = BESIDE if (status == DECODED) & off else status
+        common[STATUS + x] = OUTSIDE if (status == DECODED) & offset else status
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_sigma(axis, bias, length, rows):
-    """Standard deviations, and NaN where nothing is decoded; bias: squared turns."""
+    """Set standard deviations, NaN where not decoded; bias: squared turns."""
     work, common = rows.work, rows.common
     for x in range(len(bias)):
         known = common[STATUS + x] == DECODED
         spread = length * np.sqrt(work[axis, SPREAD + x] + bias[x])
         work[axis, SIGMA + x] = spread if known else _NOWHERE
-        work[axis, PLACE + x] = work[axis, PLACE + x] if known else _NOWHERE
+        work[axis, POSITION + x] = work[axis, POSITION + x] if known else _NOWHERE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mark_own(axis, n, rows):
-    """Sigma becomes negative where a phase is that of one pixel."""
+    """Make sigma negative where a phase is that of one pixel."""
     work, flags = rows.work, rows.flags
     for x in range(n):
         sigma = work[axis, SIGMA + x]
@@ -491,7 +501,7 @@ def _hand_over(i, strip, rows, out):
     first = strip.first - strip.start
     for axis in range(len(location)):
         work = rows.work[axis, first:]
-        _copy(work[PLACE : PLACE + n], location[axis, i, columns])
+        _copy(work[POSITION : POSITION + n], location[axis, i, columns])
         _copy(work[SIGMA : SIGMA + n], sigma[axis, i, columns])
         _copy_whole(work[PERIOD : PERIOD + n], cells[axis, i, columns])
     at = STATUS + first
@@ -499,34 +509,37 @@ def _hand_over(i, strip, rows, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place_rows(images, part, strip, plan, smooth, mark, bias, rows, out):
-    """Give rows their places.
+def locate_rows(images, part, strip, plan, smooth, mark, bias, rows, out):
+    """Set the positions of rows.
 
-    images: (n, H, W) uint8 or uint16; part: (first, stop, place): the rows to decode,
-    and the row of `out` at which the first one goes; with REACH rows before and AHEAD
-    behind, or all there are, they were read (`reading.read_rows`). strip: Strip; plan:
-    CodePlan; smooth, mark: average over windows, and negative sigma where a phase is
-    that of one pixel; bias: `bias.squared_bias`; rows: Rows. out: location (A, h, W)
-    float32, sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
+    images: (n, H, W) uint8 or uint16; part: (first, stop, position): the rows to
+    decode, and the row of `out` for the first one; they were read (`read_rows`), with
+    WINDOW_RADIUS rows before and ROWS_AROUND after them, as far as these exist. strip:
+    Strip; plan: CodePlan; smooth, mark: average over windows, and make sigma negative
+    where a phase is that of one pixel; bias: `squared_bias`; rows: Rows. out: location
+    (A, h, W) float32, sigma alike, cells (A, h, W) int16 and status (h, W) uint8.
     """
-    first, stop, place = part
+
+    first, stop, position = part
     count, n, height = len(plan.bits), strip.width, images.shape[1]
     columns = slice(strip.start, strip.start + n)
     for y in range(first, stop):
-        i, k = y - first + place, y % KEPT
+        i, k = y - first + position, y % RING_ROWS
         turn_row(y, y == first, height, smooth, strip, plan, rows)
         for axis in range(count):
             if plan.used[axis]:
                 _find_period(images, y, axis, strip, plan, rows)
             else:
                 _cell_as_period(axis, k, n, rows)
-        _mark_alone(k, (y - 1) % KEPT, n, rows)
+        _mark_alone(k, (y - 1) % RING_ROWS, n, rows)
         for axis in range(count):
             _mark_lost(axis, n, rows)
         for axis in range(count):
-            _find_place(axis, n, plan.length[axis], plan.extent[axis], rows)
+            _find_position(axis, n, plan.length[axis], plan.extent[axis], rows)
         for axis in range(count):
-            _find_sigma(axis, bias[axis, i // SQUARE, columns], plan.length[axis], rows)
+            _find_sigma(
+                axis, bias[axis, i // BLOCK_PX, columns], plan.length[axis], rows
+            )
             if mark:
                 _mark_own(axis, n, rows)
         _hand_over(i, strip, rows, out)

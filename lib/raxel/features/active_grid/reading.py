@@ -1,31 +1,30 @@
-"""What each row of an active grid's images says by itself, in compiled loops.
+"""Reading of rows of an active grid's images, pixel by pixel, in compiled loops.
 
-Loops are compiled to run on many pixels at once where few arrays are written and read,
-fields of one counting once (`layout`). Arithmetic on grey values is in whole numbers
-where they are, or in float32 with one rounding for each operation. What these functions
-call stands in this file: compiled code is kept from run to run, and made again when
-this file changes, not when another one does.
+Loops are vectorised where few arrays are read and written; fields of one array count
+once (`coding`). Arithmetic on grey values uses their integers, or float32 with one
+rounding for each operation. All functions called here are in this file: numba's cache
+of compiled code depends on this file, not on others.
 """
 
 import numpy as np
 from numba import njit
 
 from raxel.features.active_grid.coding import (
-    APART,
     BAD,
     BELOW,
+    CELL_OFFSET,
     COSINE,
     CROSSED,
     DARK,
     DECODED,
+    DIFFERENCE,
     HIGHEST,
-    KEPT,
     LEVEL,
     LOWEST,
-    OFF,
     PERIOD,
-    PLACE,
+    POSITION,
     RIGHT,
+    RING_ROWS,
     SATURATED,
     SECOND,
     SINE,
@@ -36,42 +35,37 @@ from raxel.features.active_grid.coding import (
     VARIANCE,
 )
 
-# The phase that was shown, from the phase that is seen behind a response that bends.
-# Harmonics m N +- 1 of what a monitor and a camera make of a sine look to N steps
-# like the first one (Appendix A). Where the sine is shown as a cosine of psi, light
-# is even in psi, whatever its response and however blurred, so that the steps add up
-# to exp(i psi) f, f = 1 + r1 P* + r2 P*^2 + r3 P*^3 with P = exp(i N psi) and real r:
-# the phase that is seen is psi + e, e = arg f. r1 is the share of harmonic N - 1 less
-# that of N + 1; to first order these two do the same and cannot be told apart. An
-# imaginary part of r1 is what a blur makes that is not symmetric. psi follows by
-# Newton's method, on P alone. Written as `reading`, and compiled into it.
+# Displayed phase from the observed phase behind a nonlinear response. To N steps,
+# harmonics m N +- 1 of a sinusoid look like the first one (Appendix A). Write the
+# pattern as a cosine of psi. Then light is even in psi for any response and symmetric
+# blur, and the steps add up to exp(i psi) f, f = 1 + r1 P* + r2 P*^2 + r3 P*^3, with
+# P = exp(i N psi) and real r. The observed phase is psi + e, e = arg f. r1 is the share
+# of harmonic N - 1 minus that of N + 1; to first order the two have the same effect.
+# An asymmetric blur gives r1 an imaginary part. psi follows by Newton's method on P.
 
 
-# Fields of Rows.work that nothing is kept in while rows are read: r1 of each pixel, P,
-# the shift e so far, and how fast psi runs when the phase that is seen does.
-SHARE, REAL, IMAGINARY, SHIFT, RATE = TURN, SPREAD, PERIOD, OFF, PLACE
-# A response that grows with the light leaves psi + e growing: by gamma 2.4 no slower
-# than 0.27 (three steps). Noise can make it seem slower.
-SLOWEST = np.float32(0.2)
-FARTHEST = np.float32(1)  # rad, that P turns in one of Newton's steps
-RIPPLE_FAST = {
-    "contract",
-    "arcp",
-}  # products added with one rounding; times 1 / x for / x
+# Fields of Rows.work that are free while rows are read: r1 of each pixel, P, the
+# current shift e, and the rate of psi relative to the observed phase.
+SHARE, REAL, IMAGINARY, SHIFT, RATE = TURN, SPREAD, PERIOD, CELL_OFFSET, POSITION
+# For a monotonic response psi + e increases with psi: by gamma 2.4 the rate is at least
+# 0.27 (three steps). Noise can make it appear smaller.
+MIN_RATE = np.float32(0.2)
+MAX_STEP_RAD = np.float32(1)  # rotation of P in one of Newton's steps
+RIPPLE_FAST = {"contract", "arcp"}  # fused multiply-add; x * (1 / y) for x / y
 _RIPPLE_ONE, _TWO, _THREE = np.float32(1), np.float32(2), np.float32(3)
-# arctan(q) / q as a polynomial in q^2, right to 6e-7 for |q| < 0.7.
-# Beyond, f is that of no response: there the nearest is taken.
+# arctan(q) / q as a polynomial in q^2, accurate to 6e-7 for |q| < 0.7. Beyond, f is not
+# that of a response, and q is clipped.
 _STEEPEST, _LEAST = np.float32(0.7), np.float32(0.1)
 _ARCTAN = (0.99999092, -0.33293666, 0.19506967, -0.11675641, 0.04361909)
 _ARCTAN = tuple(map(np.float32, _ARCTAN))  # type: ignore[assignment]
-# cos a and sin a / a as polynomials in a^2, right to 3e-7 for |a| < 1.
+# cos a and sin a / a as polynomials in a^2, accurate to 3e-7 for |a| < 1.
 _COSINE = tuple(map(np.float32, (1, -1 / 2, 1 / 24, -1 / 720, 1 / 40320)))
 _SINE = tuple(map(np.float32, (1, -1 / 6, 1 / 120, -1 / 5040)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=RIPPLE_FAST)
 def _rotation(angle):
-    """(cos, sin) of a small angle."""
+    """Return (cos, sin) of a small angle."""
     z = angle * angle
     cosine = (((_COSINE[4] * z + _COSINE[3]) * z + _COSINE[2]) * z + _COSINE[1]) * z
     sine = ((_SINE[3] * z + _SINE[2]) * z + _SINE[1]) * z
@@ -86,15 +80,17 @@ def _arctan(q):
 
 
 def origin(offset):
-    """(2,) float32, exp(i psi) where phi is 0: sines are cosines of phi + 2 pi offset -
-    pi / 2; offset: of their first step, in periods."""
+    """Return (2,) float32, exp(i psi) at phi = 0: psi = phi + 2 pi offset - pi / 2.
+
+    offset: of the first step, in periods.
+    """
     turn = 2 * np.pi * offset
     return np.float32(np.sin(turn)), np.float32(-np.cos(turn))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=RIPPLE_FAST)
 def _to_power(n, steps, start, waves, work):
-    """REAL, IMAGINARY: P of the phase that is seen."""
+    """Set REAL, IMAGINARY: P of the observed phase."""
     p, q = start
     for x in range(n):
         c, d = waves[COSINE + x], waves[SINE + x]
@@ -121,7 +117,7 @@ def _to_power(n, steps, start, waves, work):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=RIPPLE_FAST)
 def _improve(n, steps, terms, work):
-    """One step of Newton's method for SHIFT = e(psi), psi = phi - SHIFT; RATE there."""
+    """Take one step of Newton's method for SHIFT = e(psi), psi = phi - SHIFT."""
     skew, second, third = terms
     many = np.float32(steps)
     for x in range(n):
@@ -129,7 +125,7 @@ def _improve(n, steps, terms, work):
         c, s = work[REAL + x], work[IMAGINARY + x]
         c2, s2 = c * c - s * s, _TWO * c * s
         c3, s3 = c * c2 - s * s2, c * s2 + s * c2
-        # (share + i skew) P* and the rest; and each times its order.
+        # (share + i skew) P* and the other terms; and each times its order.
         a1, b1 = share * c + skew * s, skew * c - share * s
         a2, b2 = second * c2, -second * s2
         a3, b3 = third * c3, -third * s3
@@ -138,10 +134,10 @@ def _improve(n, steps, terms, work):
         up, across = a1 + _TWO * a2 + _THREE * a3, b1 + _TWO * b2 + _THREE * b3
         size = real * real + imaginary * imaginary
         slope = _RIPPLE_ONE - many * (up * real + across * imaginary) / size
-        rate = _RIPPLE_ONE / max(slope, SLOWEST)
+        rate = _RIPPLE_ONE / max(slope, MIN_RATE)
         tangent = min(max(imaginary / real, -_STEEPEST), _STEEPEST)
         step = (_arctan(tangent) - work[SHIFT + x]) * rate
-        step = min(max(step, -FARTHEST / many), FARTHEST / many)
+        step = min(max(step, -MAX_STEP_RAD / many), MAX_STEP_RAD / many)
         work[SHIFT + x] += step
         work[RATE + x] = rate
         turned, aside = _rotation(many * step)
@@ -161,11 +157,11 @@ def _turn_back(n, waves, work):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=RIPPLE_FAST)
 def undo_ripple(n, steps, start, times, terms, waves, work):
-    """Turn n unit vectors (cosine, sine) of phases back to those that were shown.
+    """Rotate n unit vectors (cosine, sine) of phases back to the displayed phases.
 
     steps: N; start: `origin`; times: Newton's steps; terms: (imaginary part of r1, r2,
-    r3) float32; waves, work: of a row, as `layout.Rows`, with the real part of r1 in
-    SHARE. The variance of a phase grows or falls with RATE, squared.
+    r3) float32; waves, work: of a row, as `coding.Rows`, with the real part of r1 in
+    SHARE. The variance of a phase is multiplied by RATE squared.
     """
     _to_power(n, steps, start, waves, work)
     work[SHIFT : SHIFT + n] = 0
@@ -174,36 +170,37 @@ def undo_ripple(n, steps, start, times, terms, waves, work):
     _turn_back(n, waves, work)
 
 
-# A pixel is dark below so many standard deviations of its noise.
+# Pixels are dark below so many standard deviations of the noise.
 MIN_CONTRAST = np.float32(7.0)
 MIN_MODULATION = np.float32(5.0)
-# The cosine of what is more than a quarter of a turn; not quite 0, as it is rounded.
-OPPOSED = np.float32(-1e-6)
-# Where the last bit does not matter: 1 / sqrt from its approximation, products added
-# with one rounding.
+# Cosine of more than a quarter of a period; not quite 0 because of rounding.
+OPPOSITE_COSINE = np.float32(-1e-6)
+# Where the last bit does not matter: approximate 1 / sqrt, fused multiply-add.
 FAST = {"arcp", "contract"}
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 _TINY, _FOUR = np.float32(1e-20), np.float32(4)
 _FAINTEST, _WEAKEST = MIN_CONTRAST**2, MIN_MODULATION**2
-_TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns in a squared radian
+_TURN = np.float32(1 / (2 * np.pi) ** 2)  # squared turns per squared radian
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read_bit(light, dark, axis, k, rows):
-    """One more bit of the cell, and how far apart image and inverse are."""
+    """Add one bit to the cell, and set the difference between image and inverse."""
     codes, greys = rows.codes, rows.greys
     for x in range(len(light)):
         one = light[x] > dark[x]
-        # What is written has the type of grey values, and stays as short.
-        greys[axis, k, APART + x] = light[x] - dark[x] if one else dark[x] - light[x]
-        apart = greys[axis, k, APART + x]
-        least, second = greys[axis, k, LOWEST + x], greys[axis, k, SECOND + x]
-        most = greys[axis, k, HIGHEST + x]
-        higher = least if apart < least else apart
-        greys[axis, k, LOWEST + x] = apart if apart < least else least
+        # Written values have the type of grey values, so that arrays stay short.
+        greys[axis, k, DIFFERENCE + x] = (
+            light[x] - dark[x] if one else dark[x] - light[x]
+        )
+        difference = greys[axis, k, DIFFERENCE + x]
+        lowest, second = greys[axis, k, LOWEST + x], greys[axis, k, SECOND + x]
+        highest = greys[axis, k, HIGHEST + x]
+        higher = lowest if difference < lowest else difference
+        greys[axis, k, LOWEST + x] = difference if difference < lowest else lowest
         greys[axis, k, SECOND + x] = higher if higher < second else second
-        greys[axis, k, HIGHEST + x] = apart if apart > most else most
-    # Arrays of one type in a loop are worked through twice as fast.
+        greys[axis, k, HIGHEST + x] = difference if difference > highest else highest
+    # Loops over arrays of one type are twice as fast.
     for x in range(len(light)):
         code = codes[axis, k, x]
         codes[axis, k, x] = 2 * code + ((code & 1) ^ (light[x] > dark[x]))
@@ -211,9 +208,9 @@ def _read_bit(light, dark, axis, k, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read_gray(images, y, strip, pairs, axis, k, rows):
-    """Gray code: the cell, and the distances of images from inverses.
+    """Read the Gray code: the cell, and the differences between images and inverses.
 
-    They are the largest value there is where there are not so many bits.
+    Missing differences have the largest value of the type.
     """
     n, greys = strip.width, rows.greys[axis, k]
     columns = slice(strip.start, strip.start + n)
@@ -231,7 +228,7 @@ def _read_gray(images, y, strip, pairs, axis, k, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _take_cells(cells, axis, k, rows):
-    """Cells that sines have told, and where they could not."""
+    """Copy cells from phase unwrapping, and mark where they are unknown."""
     codes, marks = rows.codes, rows.marks
     for x in range(len(cells)):
         codes[axis, k, x] = cells[x]
@@ -241,7 +238,7 @@ def _take_cells(cells, axis, k, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _weigh(images, y, strip, steps, weights, out):
-    """out (n,) float32: a weighted sum of the steps, two at a time."""
+    """Set out (n,) float32: a weighted sum of the steps, two at a time."""
     begun, columns = False, slice(strip.start, strip.start + strip.width)
     for k in range(0, len(steps), 2):
         p, q = weights[k], weights[k + 1]
@@ -258,7 +255,7 @@ def _weigh(images, y, strip, steps, weights, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join_most(axis, k, n, rows):
+def _join_highest(axis, k, n, rows):
     greys = rows.greys
     for x in range(n):
         one, other = greys[0, k, HIGHEST + x], greys[axis, k, HIGHEST + x]
@@ -277,32 +274,42 @@ def _mark_saturated(images, y, strip, steps, white, k, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mark_code(axis, k, n, noise, rows):
-    """Dark is too little contrast; two edges at one place are no Gray code."""
-    (floor, slope, least), work, greys, marks = noise, rows.work, rows.greys, rows.marks
+    """Mark dark pixels (low contrast) and unreadable ones (two edges at a position)."""
+    (floor, slope, lowest), work, greys, marks = (
+        noise,
+        rows.work,
+        rows.greys,
+        rows.marks,
+    )
     for x in range(n):
         contrast = np.float32(greys[0, k, HIGHEST + x])
         second = np.float32(greys[axis, k, SECOND + x])
         bad = UNREADABLE if _FOUR * second < contrast else marks[k, BAD + x]
-        variance = max(floor + slope * work[axis, LEVEL + x], least)
+        variance = max(floor + slope * work[axis, LEVEL + x], lowest)
         bad = DARK if contrast * contrast < _FAINTEST * variance else bad
         marks[k, BAD + x] = bad
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _to_unit_length(axis, k, n, spread, noise, rows):
-    """Divide sine and cosine by the modulation, and find the variance of the phase.
+    """Divide sine and cosine by the modulation, and set the variance of the phase.
 
-    Dark is where the modulation is small beside its noise of floor + slope level.
-    spread: times that of a grey value, the variance of the modulation.
+    A pixel is dark where the modulation is small compared with its noise.
+    spread: variance of the modulation in that of a grey value.
     """
-    (floor, slope, least), work, waves, marks = noise, rows.work, rows.waves, rows.marks
+    (floor, slope, lowest), work, waves, marks = (
+        noise,
+        rows.work,
+        rows.waves,
+        rows.marks,
+    )
     for x in range(n):
         sine, cosine = waves[axis, k, SINE + x], waves[axis, k, COSINE + x]
         strength = sine * sine + cosine * cosine + _TINY
         share = _ONE / np.sqrt(strength)
         waves[axis, k, SINE + x] = share * sine
         waves[axis, k, COSINE + x] = share * cosine
-        variance = spread * max(floor + slope * work[axis, LEVEL + x], least)
+        variance = spread * max(floor + slope * work[axis, LEVEL + x], lowest)
         waves[axis, k, VARIANCE + x] = _TURN * variance * (share * share)
         weak = strength < _WEAKEST * variance
         marks[k, BAD + x] = DARK if weak else marks[k, BAD + x]
@@ -310,7 +317,7 @@ def _to_unit_length(axis, k, n, spread, noise, rows):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _undo_response(axis, y, k, strip, ripples, rows):
-    """Phases as they were shown (`ripple`); y: of the image."""
+    """Correct phases for the response; y: row of the image."""
     n, steps, share = strip.width, ripples.steps[axis], ripples.share[axis]
     if not steps:
         return
@@ -328,39 +335,39 @@ def _undo_response(axis, y, k, strip, ripples, rows):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _break_beside(axis, k, n, jump, rows):
-    """Where the phases of two neighbours are more than a quarter of a turn apart.
+def _mark_breaks_right(axis, k, n, jump, rows):
+    """Mark breaks: phases that differ by more than a quarter of a period.
 
-    Or their cells more than `jump`.
+    Also cells that differ by more than `jump`.
     """
     waves, codes, marks = rows.waves, rows.codes, rows.marks
     for x in range(n - 1):
         sines = waves[axis, k, SINE + x] * waves[axis, k, SINE + x + 1]
         cosines = waves[axis, k, COSINE + x] * waves[axis, k, COSINE + x + 1]
-        apart = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, k, x + 1]))
-        marks[k, RIGHT + x] |= (sines + cosines < OPPOSED) | (apart > jump)
+        difference = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, k, x + 1]))
+        marks[k, RIGHT + x] |= (sines + cosines < OPPOSITE_COSINE) | (difference > jump)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _break_below(axis, k, after, n, jump, rows):
-    """As `_break_beside`, with the row after."""
+def _mark_breaks_below(axis, k, after, n, jump, rows):
+    """Mark breaks as `_mark_breaks_right`, with the next row."""
     waves, codes, marks = rows.waves, rows.codes, rows.marks
     for x in range(n):
         sines = waves[axis, k, SINE + x] * waves[axis, after, SINE + x]
         cosines = waves[axis, k, COSINE + x] * waves[axis, after, COSINE + x]
-        apart = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, after, x]))
-        marks[k, BELOW + x] |= (sines + cosines < OPPOSED) | (apart > jump)
+        difference = abs(np.int32(codes[axis, k, x]) - np.int32(codes[axis, after, x]))
+        marks[k, BELOW + x] |= (sines + cosines < OPPOSITE_COSINE) | (difference > jump)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bad_beside(k, n, marks):
+def _mark_bad_right(k, n, marks):
     for x in range(n - 1):
         marks[k, RIGHT + x] = (marks[k, BAD + x] != 0) | (marks[k, BAD + x + 1] != 0)
     marks[k, RIGHT + n - 1] = 1  # the image's border
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bad_below(k, after, n, marks):
+def _mark_bad_below(k, after, n, marks):
     for x in range(n):
         marks[k, BELOW + x] = (marks[k, BAD + x] != 0) | (marks[after, BAD + x] != 0)
 
@@ -380,8 +387,8 @@ def _mean_row(light, dark, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read_row(images, y, top, strip, plan, white, noise, ripples, rows):
-    """All that the own pixels of a row say, into the rows kept."""
-    n, k, marks = strip.width, y % KEPT, rows.marks
+    """Set everything that a row's own pixels determine."""
+    n, k, marks = strip.width, y % RING_ROWS, rows.marks
     count, columns = len(plan.bits), slice(strip.start, strip.start + n)
     rows.greys[:, k, HIGHEST : HIGHEST + n] = 0
     marks[k, BAD : BAD + n] = DECODED
@@ -390,10 +397,10 @@ def _read_row(images, y, top, strip, plan, white, noise, ripples, rows):
         level = rows.work[axis, LEVEL : LEVEL + n]
         if bits:
             _read_gray(images, y, strip, plan.pairs[axis, :bits], axis, k, rows)
-        elif plan.told[axis]:
+        elif plan.unwrapped[axis]:
             _take_cells(plan.orders[axis, y, columns], axis, k, rows)
         if axis:
-            _join_most(axis, k, n, rows)
+            _join_highest(axis, k, n, rows)
         if used:
             own, share = plan.steps[axis, :, :used], plan.weights[axis]
             sine = rows.waves[axis, k, SINE : SINE + n]
@@ -413,33 +420,33 @@ def _read_row(images, y, top, strip, plan, white, noise, ripples, rows):
             _undo_response(axis, top + y, k, strip, ripples, rows)
             own = plan.steps[axis, 2, :used]
             _mark_saturated(images, y, strip, own, white, k, rows)
-    _bad_beside(k, n, marks)
+    _mark_bad_right(k, n, marks)
     for axis in range(count):
-        _break_beside(axis, k, n, plan.jump[axis], rows)
+        _mark_breaks_right(axis, k, n, plan.jump[axis], rows)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _close_row(y, is_last, n, plan, rows):
-    """Breaks between rows y and y + 1, and with them where a window is crossed."""
-    k, after, marks = y % KEPT, (y + 1) % KEPT, rows.marks
+    """Mark breaks between rows y and y + 1, and any break next to a pixel."""
+    k, after, marks = y % RING_ROWS, (y + 1) % RING_ROWS, rows.marks
     if is_last:
         marks[k, BELOW : BELOW + n] = 1
     else:
-        _bad_below(k, after, n, marks)
+        _mark_bad_below(k, after, n, marks)
         for axis in range(len(plan.bits)):
-            _break_below(axis, k, after, n, plan.jump[axis], rows)
+            _mark_breaks_below(axis, k, after, n, plan.jump[axis], rows)
     _mark_crossed(k, n, marks)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_rows(images, part, strip, plan, white, noise, ripples, rows):
-    """Read rows of a stack of images (n, H, W) into the rows kept.
+    """Read rows of a stack of images (n, H, W) into the row buffers.
 
-    part: (first, stop, top): rows of the stack; the one before `first` is known, unless
-    it is the first that is read; and the image's row where the stack begins. strip:
-    Strip; plan: CodePlan; white: the value from which a phase step counts as saturated,
-    of the images' type; noise: a Noise in float32, of the variance in grey levels;
-    ripples: Ripples; rows: Rows.
+    part: (first, stop, top): rows of the stack; the row before `first` was read before,
+    unless `first` is the first one; and the image row where the stack begins. strip:
+    Strip; plan: CodePlan; white: the grey level from which a phase step counts as
+    saturated, of the images' type; noise: a Noise in float32; ripples: Ripples; rows:
+    Rows.
     """
     first, stop, top = part
     height, n = images.shape[1], strip.width

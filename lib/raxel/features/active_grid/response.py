@@ -1,17 +1,17 @@
-"""How places ripple by a response that is not linear, from the images themselves.
+"""Ripple of positions by a nonlinear response, estimated from the images themselves.
 
-Monitors have a gamma, cameras a tone curve. What they make of a sine holds harmonics,
-and places are off by a ripple that comes again N times in each period of N steps
-(`ripple`, Appendix A). No one pixel tells it: its steps follow some sine as well as
-they follow the right one. What tells it is that surfaces are smooth where a ripple is
-not: along a line of the image, the phase is a polynomial of low degree plus the
-ripple, whose shape is known but for a few numbers. These are the same in all of the
-image, or change over it slowly: with the angle at which the monitor is seen, the
-falloff of light, and blur.
+Monitors have a gamma, cameras a tone curve. Both add harmonics to a sinusoidal pattern.
+Positions then have a ripple with N cycles per period of N steps (`reading`, Appendix
+A). A single pixel does not reveal it: its steps fit some sinusoid as well as the right
+one. The smoothness of surfaces does: along a line of the image, the phase is a
+polynomial of low degree plus the ripple, whose shape has a few unknown coefficients.
+They are constant over the image, or change slowly with the viewing angle of the
+monitor, the falloff of light, and blur.
 
-They are found by least squares on short pieces of some rows and columns, each with a
-polynomial of its own, through the very arithmetic that decodes: per pixel first, then
-means of neighbours. So noise and fine patterns weaken the ripple alike in both.
+The coefficients are estimated by least squares on short pieces of some rows and
+columns, each with its own polynomial, through the arithmetic of the decoder: per pixel
+first, then means of neighbours. So noise and fine patterns weaken the ripple equally in
+both.
 """
 
 from functools import cache
@@ -19,51 +19,51 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.active_grid.coding import BRIGHT, LIT
+from raxel.features.active_grid.coding import BRIGHT_PERCENTILE, MIN_MODULATION_SHARE
 from raxel.features.active_grid.lines import (
-    RECORDS,
+    MEANS_PER_PIECE,
     Ripple,
-    corrected,
+    corrected_phases,
+    corrected_waves,
     no_ripple,
     pieces_of,
-    undone,
 )
 from raxel.features.active_grid.reading import MIN_MODULATION
 
-# What steps themselves say of a response: a bound on what they cannot be corrected
-# by. Harmonic m of the light is a_m cos(m psi). N steps tell a_2 to a_(N-2); what
-# shifts phases is a_(N-1) and a_(N+1), which they do not tell from a_1. Of light to
-# the power g, a_(n+1) / a_n = (g - n) / (g + n + 1), for 1 + cos(psi) to that power:
-# a_2 tells g. Curves like an S have odd harmonics, of which a_2 says nothing and a_3
-# does. Four steps do not tell a_3, but the Gray code does: it shows the light at psi
-# = 0 and at pi, whose difference is 2 (a_1 + a_3 + a_5 + ...).
+# A bound on the harmonics that the steps do not determine. Harmonic m of the light is
+# a_m cos(m psi). N steps determine a_2 to a_(N-2). a_(N-1) and a_(N+1) shift phases and
+# cannot be distinguished from a_1. For light to the power g, a_(n+1) / a_n = (g - n) /
+# (g + n + 1), for 1 + cos(psi) to that power: a_2 determines g. S-shaped curves have
+# odd harmonics, which a_3 reveals and a_2 does not. Four steps do not determine a_3,
+# but the Gray code does: it shows the light at psi = 0 and at pi, whose difference is 2
+# (a_1 + a_3 + a_5 + ...).
 
 
-SAMPLES = 50_000  # pixels, for a mean
-PARTS = 3  # along each side of the image
-# a_2 / a_1 of the powers 0.03 and 4: responses have less.
-MOST = 0.48, 0.5
-MANY = 60  # harmonics of a power that are added up
-POWERS = 16  # from 1 to that of a_2: two that follow one another look like one between
-# Of the two harmonics before them, what those that are not told have at most.
-LESS = 0.5
-# Of a curve like an S, whose sum of odd harmonics beyond the first is t, a_3 and a_5
-# together are below (1 + STEEPER |t|) |t|; a_4 and a_6 below ASIDE |a_2 a_3|; and a_9
-# and a_11 below FAR a_3^4.
-STEEPER, ASIDE, FAR = 5.0, 4.0, 5.0
-# Share to which the blur is known by which sines are weaker than the code.
-BLUR_KNOWN = 0.3
-# Logarithm of by how much blur weakens sines at most: what is weaker is not decoded.
-MOST_WEAKER = 3.0
+N_SAMPLES = 50_000  # pixels, for a mean
+PARTS_PER_SIDE = 3  # of the image
+# a_2 / a_1 of the powers 0.03 and 4: responses are between them.
+SECOND_HARMONIC_LIMITS = 0.48, 0.5
+N_HARMONICS = 60  # harmonics of a power in a sum
+N_POWERS = 16  # powers from 1 to that of a_2, dense enough to interpolate
+# Undetermined harmonics, at most, as a share of the two harmonics before them.
+MAX_HARMONIC_RATIO = 0.5
+# For an S-shaped curve whose odd harmonics beyond the first have the sum t, a_3 and a_5
+# together are below (1 + ODD_SLOPE |t|) |t|; a_4 and a_6 are below SECOND_THIRD_FACTOR
+# |a_2 a_3|; a_9 and a_11 are below THIRD_FACTOR a_3^4.
+ODD_SLOPE, SECOND_THIRD_FACTOR, THIRD_FACTOR = 5.0, 4.0, 5.0
+# Relative uncertainty of the blur, by which sinusoids are weaker than the code.
+BLUR_UNCERTAINTY = 0.3
+# Logarithm of the largest attenuation by blur: weaker sinusoids are not decoded.
+MAX_LOG_ATTENUATION = 3.0
 
 
 def shift_bound(stack, code, noise, blur_px):
-    """RMS in periods by which a response shifts phases at most; 0 where nothing is lit.
+    """Return a bound on the shift of phases, RMS in periods; 0 without lit pixels.
 
-    stack: a PictureStack; code: an AxisCode with four steps or more; noise: a Noise;
-    blur_px: standard deviation, 0 where it is not known.
+    stack: an ImageStack; code: an AxisCode with four steps or more; noise: a Noise;
+    blur_px: standard deviation, 0 if unknown.
     """
-    parts = _seen(stack, code.steps, noise)
+    parts = _sampled_sines(stack, code.steps, noise)
     if not parts:
         return 0.0
     bounds = [_bound(stack, code, part, blur_px) for part in parts]
@@ -74,36 +74,40 @@ def shift_bound(stack, code, noise, blur_px):
 
 def _bound(stack, code, sines, blur_px):
     count = len(code.steps)
-    odd, unsure = 0.0, 0.0
+    odd, uncertainty = 0.0, 0.0
     if count == 4 and code.bits:
-        odd, unsure = _odd_beyond_first(stack, code, sines, blur_px)
-    return bound_of_shares(_shares(sines, count), count, odd) + unsure
+        odd, uncertainty = _odd_harmonics(stack, code, sines, blur_px)
+    return bound_of_shares(_shares(sines, count), count, odd) + uncertainty
 
 
 def bound_of_shares(shares, count, odd=0.0):
-    """How large a_(N-1) and a_(N+1) together are at most, in shares of a_1.
+    """Return a bound on a_(N-1) and a_(N+1) together, in units of a_1.
 
     shares: (N - 1,) of harmonics 0 to N - 2; count: N, 4 or more; odd: for four steps,
     a_3 + a_5 + ...
     """
-    second = np.clip(shares[2], -MOST[0], MOST[1])
+    second = np.clip(shares[2], -SECOND_HARMONIC_LIMITS[0], SECOND_HARMONIC_LIMITS[1])
     power = (1 + 2 * second) / (1 - second)
-    powers = np.linspace(1, power, POWERS)
+    powers = np.linspace(1, power, N_POWERS)
     between = np.abs(harmonics_of_powers(powers, count + 1)).max(axis=0)
     bound = between[count - 1] + between[count + 1]
     if count == 4:
-        off = abs(odd - harmonics_of_powers([power], MANY)[0, 3::2].sum())
-        return bound + (1 + STEEPER * off) * off
+        excess = abs(odd - harmonics_of_powers([power], N_HARMONICS)[0, 3::2].sum())
+        return bound + (1 + ODD_SLOPE * excess) * excess
     if count == 5:
         third = shares[3] - harmonics_of_powers([power], 3)[0, 3]
-        return bound + ASIDE * abs(second * third) + FAR * third**4
+        return (
+            bound + SECOND_THIRD_FACTOR * abs(second * third) + THIRD_FACTOR * third**4
+        )
     before = np.abs(shares[-2:])
     excess = np.maximum(before - between[count - 3 : count - 1], 0)
-    return min(bound + LESS * excess.max(), LESS * before.max())
+    return min(
+        bound + MAX_HARMONIC_RATIO * excess.max(), MAX_HARMONIC_RATIO * before.max()
+    )
 
 
 def harmonics_of_powers(powers, last):
-    """(P, last + 1) harmonics of powers (P,), in shares of a_1; the mean as 0."""
+    """Return (P, last + 1) harmonics of powers (P,) in units of a_1; the mean is 0."""
     powers, n = np.asarray(powers, float)[:, None], np.arange(1, last)
     shares = np.zeros((len(powers), last + 1))
     shares[:, 1] = 1
@@ -112,9 +116,12 @@ def harmonics_of_powers(powers, last):
 
 
 class _Sines(NamedTuple):
-    """P lit pixels of N steps: light (N, P); size (P,), modulation; back (P,), its
-    phase turned back; turn (P,), rad per px of the image; at: rows and columns of the
-    images (P,)."""
+    """Hold P lit pixels of N steps.
+
+    light: (N, P); size: (P,), modulation; back: (P,), conjugate of the unit phase
+    vector; turn: (P,), rad per px of the image; at: rows and columns of the images
+    (P,).
+    """
 
     light: np.ndarray
     size: np.ndarray
@@ -123,118 +130,127 @@ class _Sines(NamedTuple):
     at: tuple[np.ndarray, np.ndarray]
 
 
-def _seen(stack, steps, noise):
-    """[_Sines, ...] of some pixels of each part of the image where any are lit.
+def _sampled_sines(stack, steps, noise):
+    """Return _Sines of some pixels of each part of the image with lit pixels.
 
-    Where light falls off, a curve is seen at its bright and at its dark end.
+    Where the light falls off, parts show the bright and the dark end of a curve.
     """
     count = len(steps)
-    apart = max(1, int(np.sqrt(np.prod(stack.shape) / SAMPLES)))
+    difference = max(1, int(np.sqrt(np.prod(stack.shape) / N_SAMPLES)))
     height, width = stack.shape
     turn = 2 / count * np.exp(-2j * np.pi * np.arange(count) / count)
-    places = [
-        np.s_[down : height - 1 + down : apart, right : width - 1 + right : apart]
+    positions = [
+        np.s_[
+            down : height - 1 + down : difference,
+            right : width - 1 + right : difference,
+        ]
         for down, right in ((0, 0), (1, 0), (0, 1))
     ]
     every = [
-        np.array([stack.images[k][place] for k in steps], np.float32)
-        for place in places
+        np.array([stack.images[k][position] for k in steps], np.float32)
+        for position in positions
     ]
-    first, below, beside = (np.tensordot(turn, light, 1) for light in every)
+    first, below, right_of = (np.tensordot(turn, light, 1) for light in every)
     middle = every[0]
-    least = MIN_MODULATION**2 * 2 / count * noise.at(middle.mean(axis=0))
+    threshold = MIN_MODULATION**2 * 2 / count * noise.at(middle.mean(axis=0))
     size = np.maximum(np.abs(first), 1e-6)
-    lit = size**2 > least
+    lit = size**2 > threshold
     if lit.any():
-        lit &= size > LIT * np.percentile(size[lit], BRIGHT)
+        lit &= size > MIN_MODULATION_SHARE * np.percentile(size[lit], BRIGHT_PERCENTILE)
     back = first.conj() / size
-    turned = np.hypot(*(np.angle(other * back) for other in (below, beside)))
+    turn_rate = np.hypot(*(np.angle(other * back) for other in (below, right_of)))
     rows, columns = np.nonzero(lit)
-    part = PARTS * (PARTS * rows // lit.shape[0]) + PARTS * columns // lit.shape[1]
+    part = (
+        PARTS_PER_SIDE * (PARTS_PER_SIDE * rows // lit.shape[0])
+        + PARTS_PER_SIDE * columns // lit.shape[1]
+    )
     found = []
     for k in np.unique(part):
         at = rows[part == k], columns[part == k]
-        own = middle[:, *at], size[at], back[at], turned[at]
-        found.append(_Sines(*own, tuple(apart * place for place in at)))
+        own = middle[:, *at], size[at], back[at], turn_rate[at]
+        found.append(_Sines(*own, tuple(difference * position for position in at)))
     return found
 
 
 def _shares(sines, count):
-    """(N - 1,) harmonics 0 (as 0) to N - 2 in shares of a_1."""
+    """Return (N - 1,) harmonics 0 (as 0) to N - 2 in units of a_1."""
     turn = np.exp(-2j * np.pi * np.arange(count) / count)
     shares = np.zeros(count - 1)
     shares[1] = 1
     for m in range(2, count - 1):
         waves = 2 / count * np.tensordot(turn**m, sines.light, 1)
-        # Harmonic N - m is in it as well, and turns the other way.
+        # Harmonic N - m is included and rotates in the opposite direction.
         shares[m] = np.mean(waves * sines.back**m).real / sines.size.mean()
     return shares
 
 
-def _odd_beyond_first(stack, code, sines, blur_px):
-    """(a_3 + a_5 + ..., by how much it is not known), in shares of a_1.
+def _odd_harmonics(stack, code, sines, blur_px):
+    """Return (a_3 + a_5 + ..., its uncertainty), in units of a_1.
 
-    Blur takes more of sines than of the coarsest bit.
+    Blur attenuates the sinusoids more than the coarsest bit.
     """
-    half = np.abs(stack.apart(code.bits[0], sines.at)) / 2
-    weaker = np.minimum((blur_px * sines.turn) ** 2 / 2, MOST_WEAKER)
+    half = np.abs(stack.difference(code.bits[0], sines.at)) / 2
+    weaker = np.minimum((blur_px * sines.turn) ** 2 / 2, MAX_LOG_ATTENUATION)
     kept = half * np.exp(-weaker)
     odd = np.sum(kept) / np.sum(sines.size) - 1
-    return odd, BLUR_KNOWN * np.sum(weaker * kept) / max(np.sum(kept), 1e-6)
+    return odd, BLUR_UNCERTAINTY * np.sum(weaker * kept) / max(np.sum(kept), 1e-6)
 
 
-DEGREE = 3  # of the polynomial
-MIN_PIECES = 6
-MOST_SHARE = 0.45  # of harmonic N - 1: half is where phases turn back
-ROUNDS = 8
-SURE = 8  # standard deviations of what noise makes of it, to correct at all
-CONVERGED = 0.02  # of what is left of means
-USUAL, FALL = 0.3, 3.0  # of harmonics: twice what a gamma of 2.4 has
-ROUGH = 6  # times what smooth pieces leave
-STEPS_ASKED, MOST_STEPS = 4, 6  # of Newton's method, while numbers are looked for
-NEGLIGIBLE = 2e-5  # rad
-MUCH = 0.8  # of a usual sigma, which holds it
+POLYNOMIAL_DEGREE = 3
+MIN_N_PIECES = 6
+MAX_SHARE = 0.45  # of harmonic N - 1: at one half, phases reverse
+MAX_ROUNDS = 8
+MIN_GAIN_SIGMAS = 8  # standard deviations of the gain by noise; below, no correction
+CONVERGENCE_TOL = 0.02  # share of the residuals of means
+TYPICAL_SHARE, HARMONIC_DECAY = 0.3, 3.0  # of harmonics: twice those of a gamma of 2.4
+MAX_ROUGHNESS_RATIO = 6  # times the residual of smooth pieces
+N_FIT_STEPS, MAX_NEWTON_STEPS = 4, 6  # of Newton's method; during the fit, at most
+PHASE_TOL_RAD = 2e-5
+WARN_RATIO = 0.8  # of a usual sigma, which contains the rest
 
 
 class Response(NamedTuple):
-    """What is known of the response along one axis of a view.
+    """Hold the response along one axis of a view.
 
-    ripple: Ripple. size: RMS in periods by which places were off, or would be by the
-    fit where nothing was corrected; left: alike, what is left, and in sigma. Both None
-    where the images do not tell. steps: of the sines, 0 where nothing was asked.
+    ripple: Ripple. size: RMS in periods of the shift of positions, as corrected, or of
+    the fit if nothing was corrected; remaining: of the rest, which sigma contains. Both
+    None where the images do not determine them. steps: number of phase steps, 0 where
+    the response was not estimated. bound: whether size is only an upper bound.
     """
 
     ripple: Ripple
     size: float | None = None
-    left: float | None = None
+    remaining: float | None = None
     steps: int = 0
     bound: bool = False
 
     def scaled(self, length):
-        """In the unit of `length`, of a period."""
+        """Return the response in the unit of `length`, the length of a period."""
         if self.size is None:
             return self
-        size, left = (float(value * length) for value in (self.size, self.left))
-        return self._replace(size=size, left=left)
+        size, remaining = (
+            float(value * length) for value in (self.size, self.remaining)
+        )
+        return self._replace(size=size, remaining=remaining)
 
 
-UNTOLD = Response(no_ripple())
+UNKNOWN_RESPONSE = Response(no_ripple())
 
 
 def measured_response(stack, noise, limit, blur_px):
-    """(Response, ...) for each AxisCode of a PictureStack.
+    """Return a Response for each AxisCode of an ImageStack.
 
-    noise: a Noise; limit: the value from which a sine counts as clipped; blur_px:
-    standard deviation of the blur, 0 where it is not known.
+    noise: a Noise; limit: the grey level from which a sinusoid counts as clipped;
+    blur_px: standard deviation of the blur, 0 if unknown.
     """
     return tuple(
-        _of_axis(stack, code, noise, limit, blur_px) if code.steps else UNTOLD
+        _of_axis(stack, code, noise, limit, blur_px) if code.steps else UNKNOWN_RESPONSE
         for code in stack.codes
     )
 
 
 def response_warnings(decoded, linear):
-    """Lines on what is not known of the response of a Decoded, or left of it."""
+    """Return warnings on an unknown or remaining response of a Decoded."""
     lines = []
     for axis, response in enumerate(decoded.response):
         known = decoded.sigma[..., axis][decoded.mask]
@@ -243,26 +259,27 @@ def response_warnings(decoded, linear):
             continue
         if response.steps == 3 and response.size is None:
             lines.append(
-                f"what the response of monitor and camera does to places along "
-                f"{'xy'[axis]} cannot be told from so few pixels or so fine stripes, "
-                "and standard deviations do not know of it; take six steps"
+                f"axis {'xy'[axis]}: response of monitor and camera is unknown (too "
+                "few pixels or too fine stripes) and not included in sigma; take six "
+                "steps"
             )
             continue
-        if response.left is None or response.left <= MUCH * np.median(known):
+        if response.remaining is None or response.remaining <= WARN_RATIO * np.median(
+            known
+        ):
             continue
         if response.bound:
             lines.append(
-                f"places along {'xy'[axis]} may be off by up to {response.left:.2g} "
-                f"{decoded.unit} (RMS) by the response of monitor and camera, "
-                "which so few pixels or so fine stripes do not tell, and standard "
-                f"deviations hold that; take {_more_steps(response.steps)}, or decode "
-                "with --linear if both answer in proportion"
+                f"axis {'xy'[axis]}: positions may be shifted by up to "
+                f"{response.remaining:.2g} {decoded.unit} RMS (response unknown, "
+                f"included in sigma); take {_more_steps(response.steps)}, or use "
+                "--linear for a linear monitor and camera"
             )
         else:
             lines.append(
-                f"of the {response.size:.2g} {decoded.unit} by which the response of "
-                f"monitor and camera shifts places along {'xy'[axis]}, "
-                f"{response.left:.2g} {decoded.unit} are left; take more steps"
+                f"axis {'xy'[axis]}: {response.remaining:.2g} {decoded.unit} of the "
+                f"shift of {response.size:.2g} {decoded.unit} by the response remain "
+                "after correction; take more steps"
             )
     return lines
 
@@ -273,15 +290,15 @@ def _more_steps(count):
 
 def _of_axis(stack, code, noise, limit, blur_px):
     pieces = pieces_of(stack, code.sines, noise, limit)
-    if sum(len(own.phase) for own in pieces) < MIN_PIECES:
+    if sum(len(own.phase) for own in pieces) < MIN_N_PIECES:
         return _bounded(stack, code, noise, blur_px)
     return _fitted(pieces, code.sines)
 
 
 def _bounded(stack, code, noise, blur_px):
-    """The Response where no piece of line tells it, by what the steps say themselves.
+    """Return the bound on the Response from the steps, where lines do not determine it.
 
-    Of three steps nothing is left that says anything.
+    Three steps give no bound.
     """
     count = len(code.steps)
     if count < 4:
@@ -291,42 +308,42 @@ def _bounded(stack, code, noise, blur_px):
 
 
 def _fitted(pieces, sines):
-    """The Response that makes pieces of lines smooth."""
+    """Return the Response that makes pieces of lines smooth."""
     count = len(sines.steps)
     used = _used(count)
     usual = _usual(count)[used]
     values, weights = np.zeros(9), None
     blind = _blind_to_polynomials()
-    for _ in range(ROUNDS):
-        # Where all numbers are 0, one of Newton's steps says that nothing is shifted.
-        ripple = _ripple_of(values, sines, STEPS_ASKED if values.any() else 1)
-        found = [corrected(own, ripple) for own in pieces]
+    for _ in range(MAX_ROUNDS):
+        # From zero, one of Newton's steps is exact.
+        ripple = _ripple_of(values, sines, N_FIT_STEPS if values.any() else 1)
+        found = [corrected_phases(own, ripple) for own in pieces]
         rest, slopes = (np.concatenate(part) for part in zip(*found, strict=True))
         rest, slopes = (blind @ rest[..., None])[..., 0], blind @ slopes
-        asked = np.take(slopes, used, axis=2)
-        change, weights = _step(values[used], usual, rest, asked, weights)
+        selected = np.take(slopes, used, axis=2)
+        change, weights = _step(values[used], usual, rest, selected, weights)
         values[used] += change
-        values[0] = np.clip(values[0], -MOST_SHARE, MOST_SHARE)
-        rest = rest - asked @ change
-        if np.sqrt(np.mean((asked @ change) ** 2)) < CONVERGED * np.sqrt(
+        values[0] = np.clip(values[0], -MAX_SHARE, MAX_SHARE)
+        rest = rest - selected @ change
+        if np.sqrt(np.mean((selected @ change) ** 2)) < CONVERGENCE_TOL * np.sqrt(
             np.mean(rest**2)
         ):
             break
-    covariance = _covariance(usual, rest, asked, weights)
+    covariance = _covariance(usual, rest, selected, weights)
     gain = values[used] @ np.linalg.solve(covariance, values[used])
     basis = np.concatenate([own.basis.reshape(-1, 6) for own in pieces])
     size = _size(values, basis, count)
     of_fit = _of_fit(covariance, used, basis)
-    if gain < len(used) + SURE * np.sqrt(2 * len(used)):
-        left = np.sqrt(max(size**2, of_fit))
-        return Response(no_ripple(), size, left, count)
+    if gain < len(used) + MIN_GAIN_SIGMAS * np.sqrt(2 * len(used)):
+        remaining = np.sqrt(max(size**2, of_fit))
+        return Response(no_ripple(), size, remaining, count)
     of_pieces = _of_pieces(rest, slopes[..., [0, 6]], weights)
-    ripple = _ripple_of(values, sines, _enough_steps(values, sines))
+    ripple = _ripple_of(values, sines, _newton_steps(values, sines))
     return Response(ripple, size, np.sqrt(of_fit + of_pieces), count)
 
 
 def _size(values, basis, count):
-    """RMS in periods of the shift of phases, all of them as often."""
+    """Return the RMS shift in periods of phases that are uniformly distributed."""
     psi = 2 * np.pi * np.arange(64) / 64
     one = np.exp(-1j * psi)
     share = (basis[::100] @ values[:6])[:, None] + 1j * values[6]
@@ -335,7 +352,7 @@ def _size(values, basis, count):
 
 
 def _of_fit(covariance, used, basis):
-    """Mean square in periods of what the numbers' own uncertainty makes of phases."""
+    """Return the mean square in periods by the covariance of the coefficients."""
     full = np.zeros((9, 9))
     full[np.ix_(used, used)] = covariance
     own = np.sum(full[:6, :6] * (basis.T @ basis)) / len(basis)
@@ -343,16 +360,16 @@ def _of_fit(covariance, used, basis):
 
 
 def _of_pieces(rest, slopes, weights):
-    """Mean square in periods of ripples that pieces still have, beyond their noise.
+    """Return the mean square in periods of ripples of pieces, beyond their noise.
 
-    slopes: (S, RECORDS, 2), of a sine and a cosine.
+    slopes: (S, MEANS_PER_PIECE, 2), of a sine and a cosine.
     """
     kept = weights > 0
     rest, slopes, weights = rest[kept], slopes[kept], weights[kept]
     normal, right = slopes.swapaxes(1, 2) @ slopes, _right(slopes, rest)
     found = np.linalg.solve(normal, right[..., None])[..., 0]
     squares = weights * np.sum(found * right, axis=1)
-    # Of chi squared with two degrees of freedom the median is 2 ln 2, and its relative
+    # Chi squared with two degrees of freedom has the median 2 ln 2 with the relative
     # standard deviation 1 / (ln 2 sqrt(S)).
     excess = np.median(squares) / (2 * np.log(2)) - 1
     if excess < 2 / (np.log(2) * np.sqrt(len(rest))):
@@ -361,22 +378,22 @@ def _of_pieces(rest, slopes, weights):
     return excess * variance / (2 * np.pi) ** 2
 
 
-def _enough_steps(values, sines):
-    """Newton's steps after which nothing changes any more."""
+def _newton_steps(values, sines):
+    """Return the number of Newton's steps until convergence."""
     phase = 2 * np.pi * np.arange(256) / 256
     wave, at = np.exp(1j * phase), np.zeros(256)
     before = wave
-    for times in range(1, MOST_STEPS):
+    for times in range(1, MAX_NEWTON_STEPS):
         ripple = _ripple_of(values, sines, times)
-        now = undone(ripple, wave, at, at)
-        if np.abs(np.angle(now * before.conj())).max() < NEGLIGIBLE:
+        now = corrected_waves(ripple, wave, at, at)
+        if np.abs(np.angle(now * before.conj())).max() < PHASE_TOL_RAD:
             return max(times - 1, 1)
         before = now
-    return MOST_STEPS
+    return MAX_NEWTON_STEPS
 
 
 def _used(count):
-    """Which of the nine numbers are asked for: share, imaginary part, r2, r3."""
+    """Return which of the nine coefficients are estimated: share, skew, r2, r3."""
     return np.arange({3: 9, 4: 8}.get(count, 7))
 
 
@@ -387,36 +404,42 @@ def _ripple_of(values, sines, times):
 
 @cache
 def _blind_to_polynomials():
-    """(RECORDS, RECORDS): what polynomials do not explain of means along a line."""
-    place = np.linspace(-1, 1, RECORDS)
-    basis = np.linalg.qr(np.vander(place, DEGREE + 1))[0]
-    return np.eye(RECORDS) - basis @ basis.T
+    """Return the projection of means along a line off the polynomials."""
+    position = np.linspace(-1, 1, MEANS_PER_PIECE)
+    basis = np.linalg.qr(np.vander(position, POLYNOMIAL_DEGREE + 1))[0]
+    return np.eye(MEANS_PER_PIECE) - basis @ basis.T
 
 
 def _usual(count):
-    """(9,) standard deviations that numbers have before anything is measured.
+    """Return (9,) prior standard deviations of the coefficients.
 
-    Harmonic m of responses that are met is below USUAL FALL^(2 - m) of the first one.
+    Harmonic m of real responses is below TYPICAL_SHARE HARMONIC_DECAY^(2 - m) of the
+    first one.
     """
     orders = np.array([count - 1] * 7 + [2 * count - 1, 3 * count - 1])
-    usual = USUAL * FALL ** (2.0 - orders)
-    usual[1:7] /= FALL  # how it changes in the image, and what no even blur makes
+    usual = TYPICAL_SHARE * HARMONIC_DECAY ** (2.0 - orders)
+    usual[1:7] /= (
+        HARMONIC_DECAY  # change over the image, and effect of an asymmetric blur
+    )
     return usual
 
 
 def _step(values, usual, rest, slopes, weights):
-    """Change of the numbers, and weights of pieces by what is left of them."""
-    free = RECORDS - DEGREE - 1
+    """Return the change of the coefficients, and weights of pieces by residuals."""
+    free = MEANS_PER_PIECE - POLYNOMIAL_DEGREE - 1
     if weights is None:
         weights = np.full(len(rest), 1 / np.mean(rest**2))
     for _ in range(2):
         normal = _normal(usual, slopes, weights)
         right = weights @ _right(slopes, rest) - values / usual**2
         change = np.linalg.solve(normal, right)
-        left = np.sum((rest - slopes @ change) ** 2, axis=1) / free
-        smooth = lower_quartile(left)
-        # What lies across a break, or is bent more than a polynomial, says nothing.
-        weights = (left < ROUGH * smooth) / np.maximum(left, smooth)
+        remaining = np.sum((rest - slopes @ change) ** 2, axis=1) / free
+        smooth = lower_quartile(remaining)
+        # Pieces across a break, or with a stronger bend than a polynomial, are
+        # excluded.
+        weights = (remaining < MAX_ROUGHNESS_RATIO * smooth) / np.maximum(
+            remaining, smooth
+        )
     return change, weights
 
 
@@ -426,21 +449,21 @@ def _normal(usual, slopes, weights):
 
 
 def _right(slopes, rest):
-    """(S, p), each piece's right side of the normal equations."""
+    """Return (S, p), the right side of each piece's normal equations."""
     return (slopes.swapaxes(1, 2) @ rest[..., None])[..., 0]
 
 
 def lower_quartile(values):
-    """As `np.quantile` has it, which takes longer to start than to find it."""
-    place = (len(values) - 1) / 4
-    below = int(place)
+    """Return the quantile 0.25, faster than `np.quantile`."""
+    position = (len(values) - 1) / 4
+    below = int(position)
     ends = below, min(below + 1, len(values) - 1)
     low, high = np.partition(values, ends)[list(ends)]
-    return low + (high - low) * (place - below)
+    return low + (high - low) * (position - below)
 
 
 def _covariance(usual, rest, slopes, weights):
-    """Of the numbers: by the noise of means, or by how pieces contradict each other.
+    """Return the covariance by the noise of means, or by the scatter of pieces.
 
     The latter is larger where surfaces are not as smooth as a polynomial.
     """

@@ -1,4 +1,4 @@
-"""A view of an image set, from its files to what each pixel sees."""
+"""Decoding of one view of an image set, from its files to monitor positions."""
 
 from __future__ import annotations
 
@@ -10,59 +10,62 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.coding import ALONE, FILLED, RIM
+from raxel.features.active_grid.coding import ALONE, BORDER, FILLED
 from raxel.features.active_grid.decoding import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, ImageSet, View, read_colour
 
-# Dark parts that are taken for lit ones, since their noise is more than was measured.
-# Noise is measured from differences of neighbouring pixels. A tone curve makes it
-# larger in the dark, and the blocks of a JPEG file hide it: outside the monitor, a
-# pixel is then decoded by chance. Two neighbours may agree by chance, a patch of them
-# does not, and the sines are faint there. Small images of a mirror need this: a
-# quarter of their decoded pixels are such specks.
+# Isolated pixels: dark parts that count as lit, because their noise exceeds the
+# measured noise. Noise is measured from differences between neighbouring pixels. A tone
+# curve makes it larger in the dark, and the blocks of a JPEG file hide it. A pixel
+# outside the monitor is then decoded by chance. Two neighbours may agree by chance, a
+# patch does not, and the modulation is small there. Small images of a mirror need this:
+# a quarter of their decoded pixels are isolated.
 
 
-FAINT = 5  # times the usual sigma
-PATCH = 40  # pixels that hang together; of fewer, it is a speck
-MANY = 0.01  # of what is decoded: fewer specks are what cameras in facets see
+FAINT_SIGMAS = 5  # times the usual sigma
+MIN_PATCH_PIXELS = 40  # connected pixels; smaller patches are isolated
+# Of the decoded pixels: faceted cameras also have some isolated ones.
+MIN_ISOLATED_SHARE = 0.01
 
 
-def without_specks(decoded):
-    """(Decoded without specks and what is near them, the share that they were).
+def without_isolated_pixels(decoded):
+    """Return Decoded without isolated pixels and what is near them, and their share.
 
-    Where specks are few, they stay, and the share is 0. Where they are many, what lies
-    beside the lit area did not count as dark: the rim is left out here, by margin_px
-    about all that is not decoded.
+    A small share of isolated pixels is kept and returned as 0. With many of them, the
+    surroundings of the lit area did not count as dark. Then the border is excluded
+    here, by margin_px around all pixels that are not decoded.
     """
     mask = decoded.mask.astype(np.uint8)
     count = np.count_nonzero(mask)
     labels, stats = cv2.connectedComponentsWithStats(mask, connectivity=8)[1:3]
-    small = stats[:, cv2.CC_STAT_AREA] < PATCH
+    small = stats[:, cv2.CC_STAT_AREA] < MIN_PATCH_PIXELS
     small[0] = False
-    specks = small[labels] & _faint(decoded.sigma, mask > 0)
-    share = np.count_nonzero(specks) / max(count, 1)
-    if share < MANY:
+    isolated = small[labels] & _faint(decoded.sigma, mask > 0)
+    isolated_share = np.count_nonzero(isolated) / max(count, 1)
+    if isolated_share < MIN_ISOLATED_SHARE:
         return decoded, 0.0
-    mask[specks] = 0
+    mask[isolated] = 0
     kernel = np.ones((2 * decoded.margin_px + 1,) * 2, np.uint8)
     inner = cv2.erode(mask, kernel, borderValue=1) > 0
-    status = np.where(specks, ALONE, decoded.status)
-    status = np.where((mask > 0) & ~inner, RIM, status).astype(np.uint8)
+    status = np.where(isolated, ALONE, decoded.status)
+    status = np.where((mask > 0) & ~inner, BORDER, status).astype(np.uint8)
     gone = status > FILLED
     location, sigma = decoded.location.copy(), decoded.sigma.copy()
     location[gone] = sigma[gone] = np.nan
-    return replace(decoded, location=location, sigma=sigma, status=status), share
+    return replace(
+        decoded, location=location, sigma=sigma, status=status
+    ), isolated_share
 
 
 def _faint(sigma, mask):
-    """(H, W) bool: where an axis is known much worse than it usually is."""
+    """Return (H, W) bool: pixels whose sigma along an axis is unusually large."""
     faint = np.zeros(mask.shape, bool)
     for own in np.moveaxis(sigma, 2, 0):
         known = own[mask]
         if np.isfinite(known).any():
-            faint |= own > FAINT * np.nanmedian(known)
+            faint |= own > FAINT_SIGMAS * np.nanmedian(known)
     return faint
 
 
@@ -105,8 +108,8 @@ def check_active_grid(image_set):
     """Raise InputError unless the target of the set is an active grid."""
     if not isinstance(image_set.target, ActiveGrid):
         raise InputError(
-            f"{image_set.description}: target.kind: found no active_grid; chessboards "
-            "are for raxel corners"
+            f"{image_set.description}: target.kind: not an active_grid; use raxel "
+            "corners for chessboards"
         )
 
 
@@ -139,43 +142,44 @@ def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
     """
     check_active_grid(image_set)
     where = f"{image_set.description}: views: {view.label}"
-    images = np.array(_pictures(image_set, view))
+    images = np.array(_images(image_set, view))
     levels = dict(zip(_levels(view), images[len(view.patterns) :], strict=True))
     images = images[: len(view.patterns)]
-    shown = view.patterns, image_set.target
     try:
-        found, checked = decode_checked(images, *shown, **levels, **options)  # type: ignore[misc]
+        found, checked = decode_checked(
+            images, view.patterns, image_set.target, **levels, **options
+        )
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
-    found, specks = without_specks(found)
+    found, isolated = without_isolated_pixels(found)
     found = replace(found, sigma=checked.widened(found.sigma))
     doubts = checked.doubts
     reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
         reason = f"no pixel could be decoded ({', '.join(reasons)})"
-    warnings = [d.text for d in doubts if not d.spoils]
+    lines = [d.text for d in doubts if not d.spoils]
     if found.blur_px is None and options.get("margin_px") is None:
-        warnings.append(
-            f"its blur cannot be measured; the margin of {found.margin_px} px is right "
-            "for blur of 1 px or less: give more with --margin where it is larger"
+        lines.append(
+            f"blur not measurable (too few edges of Gray code); the margin of "
+            f"{found.margin_px} px suits blur up to 1 px: increase --margin for more"
         )
-    if specks:
-        warnings.append(
-            f"{100 * specks:.0f} % of the decoded pixels are specks outside the lit "
-            "area and are left out; save PNG or TIFF with a linear response, since the "
-            "noise in the dark is larger than measured"
+    if isolated:
+        lines.append(
+            f"{100 * isolated:.0f} % of the decoded pixels are excluded as isolated "
+            "pixels outside the lit area (noise in the dark); save PNG or TIFF with a "
+            "linear response"
         )
-    warnings += response_warnings(found, options.get("linear"))
-    warnings = tuple(f"{view.label}: {text}" for text in warnings)  # type: ignore[assignment]
+    lines += response_warnings(found, options.get("linear"))
+    warnings = tuple(f"{view.label}: {text}" for text in lines)
     image = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
-    errors, factors = (tuple(map(float, x)) for x in (checked.errors, checked.factors))
-    return DecodedView(found, reason, warnings, image, mirrored, errors, factors)  # type: ignore[arg-type]
+    (ex, ey), (fx, fy) = map(float, checked.errors), map(float, checked.factors)
+    return DecodedView(found, reason, warnings, image, mirrored, (ex, ey), (fx, fy))
 
 
 def decode_checked(images, patterns, monitor, *, smooth=True, **options):
-    """Decode images and check them: (Decoded, Examined); arguments as of `decode`."""
+    """Decode images and check them: (Decoded, Examined); arguments of `decode`."""
     clipped = clipped_at(images, patterns)
     if clipped:
         options = {"saturated": clipped, **options}
@@ -193,8 +197,8 @@ def _levels(view):
     return [name for name in LEVELS if getattr(view, name)]
 
 
-def _pictures(image_set, view):
-    """All images of a view in grey, of one depth: patterns first, then its levels."""
+def _images(image_set, view):
+    """Return all images of a view in grey, of one depth: patterns, then levels."""
     names = [p.image for p in view.patterns]
     names += [getattr(view, level) for level in _levels(view)]
     found = []
@@ -203,8 +207,8 @@ def _pictures(image_set, view):
         if found and image.dtype != found[0].dtype:
             bits = [one.dtype.itemsize * 8 for one in (image, found[0])]
             raise InputError(
-                f"{image_set.folder / name}: found {bits[0]} bit, but {bits[1]} in "
-                f"{names[0]}; save all images of {view.label} in one depth"
+                f"{image_set.folder / name}: {bits[0]} bit differs from {bits[1]} bit "
+                f"of {names[0]}; save all images of {view.label} in one depth"
             )
         found.append(image)
     return found

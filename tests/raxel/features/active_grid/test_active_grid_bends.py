@@ -5,7 +5,7 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.coding import plan_arrays, read_coding
-from raxel.features.active_grid.errors import OF_SIGMA, widen_at_bends
+from raxel.features.active_grid.errors import BIAS_TO_SIGMA, widen_at_bends
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6, "blur": 1.0}
@@ -58,5 +58,5 @@ def test_up_to_the_rim_a_bend_is_known(shape):
     plan = plan_arrays(read_coding(drawn().patterns, (200, 144)), (200, 144), (1, 1))
     bias = np.zeros((1, 4, shape[1]), np.float32)
     widen_at_bends(place, sigma, bias, plan, 10.0, 0, shape[0])
-    due = OF_SIGMA * 10.0 * 0.02
+    due = BIAS_TO_SIGMA * 10.0 * 0.02
     assert sigma[np.isfinite(place)] == pytest.approx(due, rel=0.02)

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from raxel.features.active_grid.coding import SQUARE, read_coding
-from raxel.features.active_grid.errors import OF_SIGMA, OF_WINDOWS, squared_bias
+from raxel.features.active_grid.coding import BLOCK_PX, read_coding
+from raxel.features.active_grid.errors import (
+    BIAS_TO_SIGMA,
+    WINDOW_VARIANCE,
+    squared_bias,
+)
 from raxel.features.active_grid.lines import no_ripple
 from raxel.sets import patterns_of, plan_of_cells
 from tests.active_grids import drawn
@@ -34,20 +38,20 @@ def test_a_phase_that_bends_where_light_grows_is_shifted_so_far():
     images = [np.tile(np.float32(row), (160, 1)) for row in light]
     codes = read_coding(patterns, (200, 144))
     found = squared_bias(images, codes, 4.0, BLUR, 1e-9, [no_ripple()])
-    middles = np.arange(SQUARE // 2, 320, SQUARE)
-    due = OF_SIGMA * np.abs(shift[40:360])[middles]
+    middles = np.arange(BLOCK_PX // 2, 320, BLOCK_PX)
+    due = BIAS_TO_SIGMA * np.abs(shift[40:360])[middles]
     seen = np.sqrt(found[0][:, middles])
     np.testing.assert_allclose(seen, np.tile(due, (5, 1)), rtol=0.004)
 
 
 def test_noise_bends_flat_phases_by_no_more_than_it_does_once_in_three_times():
-    """Of a normal law a third is beyond 1 / OF_SIGMA of its standard deviation."""
+    """Of a normal law a third is beyond 1 / BIAS_TO_SIGMA of its standard deviation."""
     flat = {"tilt": 0.0, "vignetting": 0.0, "share": 1.2}
     one = drawn(size=(320, 240), steps=3, noise=3.0, **flat)
     codes = read_coding(one.patterns, one.grid.monitor_px)
     found = squared_bias(one.images, codes, 4.0, 0.0, 3.0, 2 * [no_ripple()])
     # Of 80 squares; those at the border go on as others do.
-    inner = found[:, 1:-1, SQUARE:-SQUARE:SQUARE]
+    inner = found[:, 1:-1, BLOCK_PX:-BLOCK_PX:BLOCK_PX]
     assert 0.2 < np.mean(inner > 0) < 0.5
 
 
@@ -60,9 +64,9 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
 
     scene = drawn(size=(400, 300), place=bent, dtype=np.uint16)
     codes = read_coding(scene.patterns, scene.grid.monitor_px)
-    squared = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
+    squared = squared_bias(scene.images, codes, WINDOW_VARIANCE, 0.0, 0.1, LINEAR)
     found = np.sqrt(squared)[:, 1:-1]
-    expected = OF_SIGMA * OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
+    expected = BIAS_TO_SIGMA * WINDOW_VARIANCE / 2 * (1.2 + 0.4) * 8 / 400**2
     assert found[0, :, 32:-32] == pytest.approx(expected, rel=0.02)
     assert found[1].max() < 0.02 * expected
 
@@ -77,5 +81,5 @@ def test_facets_are_not_bent():
 
     scene = drawn(size=(400, 300), place=facets, dtype=np.uint16)
     codes = read_coding(scene.patterns, scene.grid.monitor_px)
-    found = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
+    found = squared_bias(scene.images, codes, WINDOW_VARIANCE, 0.0, 0.1, LINEAR)
     assert np.quantile(found, 0.9) < 1e-8  # square of 1e-4 periods

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ndtri
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.coding import PictureStack
+from raxel.features.active_grid.coding import ImageStack
 from raxel.features.active_grid.errors import Noise, measured_blur
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
@@ -120,12 +120,10 @@ def test_sines_alone_do_not_tell_it():
 def test_light_beyond_the_rim_is_read_as_far_as_noise_in_the_dark_lets_it():
     """Photons make more of it where it is bright; what is read there is dark."""
     scene = photographed(blur=2.0, noise=1.0)
-    stack = PictureStack(
-        scene.images, scene.patterns, scene.grid.monitor_px, None, None
-    )
+    stack = ImageStack(scene.images, scene.patterns, scene.grid.monitor_px, None, None)
     found = measured_blur(stack, Noise(0.0, 1.0, 0.1))
     on = np.isfinite(scene.true[..., 0])
     dark = np.median(scene.black[on])
     contrast = np.median(scene.white[on].astype(float) - scene.black[on])
     share = 7 * np.sqrt(dark) / contrast
-    assert found.beyond_px == pytest.approx(-found.px * ndtri(share), rel=0.08)
+    assert found.spill_px == pytest.approx(-found.px * ndtri(share), rel=0.08)

@@ -15,7 +15,7 @@ from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks import phases as edges
 from raxel.features.active_grid.checks.code import sampled
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.checks.motion import OF_SINE
+from raxel.features.active_grid.checks.motion import SINE_TO_SIGMA
 from raxel.features.active_grid.checks.phases import (
     _offset_doubts,
     _windows,
@@ -411,7 +411,7 @@ def test_the_step_its_change_and_the_error_by_it(
     clean = error(one, decode(one.images, one.patterns, one.grid))
     by_it = np.sqrt(error(one, found) ** 2 - clean**2)
     assert off.periods == pytest.approx(by_it, rel=0.2 if kind == MOTION else 0.15)
-    stated = OF_SINE * off.periods * one.grid.monitor_mm[0] / 8
+    stated = SINE_TO_SIGMA * off.periods * one.grid.monitor_mm[0] / 8
     assert checked.errors[0] == pytest.approx(stated, rel=1e-3)
     assert f"{name}.png" in checked.doubts[0].text
     spoils = off.periods > 0.01 if spoils is None else spoils

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.errors import scatter_of_places, share_at_folds
+from raxel.features.active_grid.errors import position_scatter, share_at_folds
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6}
@@ -66,7 +66,7 @@ def test_places_that_scatter_more_than_is_stated(times):
     """Less than that is none; an axis without phases is not asked."""
     noise = np.random.default_rng(4).normal(0, 0.2 * times, (2, 64, 400))
     sigma = np.full((2, 64, 400), 0.2, np.float32)
-    found = scatter_of_places(noise.astype(np.float32), sigma, np.array([1, 0]))
+    found = position_scatter(noise.astype(np.float32), sigma, np.array([1, 0]))
     np.testing.assert_allclose(found, [max(times, 1.0), 1.0], rtol=0.06)
 
 

@@ -11,8 +11,8 @@ from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
 from raxel.features.active_grid.coding import (
     UNKNOWN,
+    phase_separation,
     phase_weights,
-    places_apart,
     read_coding,
 )
 from raxel.features.active_grid.errors import Noise
@@ -83,7 +83,7 @@ def test_the_beat_must_be_longer_than_the_monitor():
         "patterns: axis x: sines of 25 px and 20 px look the same again after 100 px "
         "of the monitor's 200 (sine-x-8-0.png to sine-x-10-3.png); add a sine"
     )
-    np.testing.assert_allclose(places_apart(np.array([10.0, 8.0]))[4], 0, atol=1e-6)
+    np.testing.assert_allclose(phase_separation(np.array([10.0, 8.0]))[4], 0, atol=1e-6)
     read_coding(sines((8, 10, 1)), (200, 144))
 
 
@@ -153,7 +153,7 @@ def test_what_a_place_leaves_of_sines_is_their_noise_less_a_place(periods):
         np.float32(turns % 1), np.float32(variances), np.ones(place.shape, bool)
     )
     found = fitted_periods(phases, periods)
-    assert found.left.mean() == pytest.approx(len(periods) - 1, rel=0.1)
+    assert found.misfit.mean() == pytest.approx(len(periods) - 1, rel=0.1)
     np.testing.assert_allclose(found.place / periods[0], place, atol=0.03)
 
 

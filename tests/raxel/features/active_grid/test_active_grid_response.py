@@ -10,7 +10,7 @@ import pytest
 from raxel.features.active_grid import decode
 from raxel.features.active_grid import response as harmonics
 from raxel.features.active_grid.errors import Noise
-from raxel.features.active_grid.lines import Ripple, basis_of, undone
+from raxel.features.active_grid.lines import Ripple, basis_of, corrected_waves
 from raxel.features.active_grid.response import (
     _covariance,
     _of_fit,
@@ -67,7 +67,7 @@ def test_harmonics_are_undone_as_sums_of_steps_have_them(steps, waves, terms, of
     wave = 0.7 * begin * shares(psi, steps, waves)
     share = np.float32([terms[0], 0, 0, 0, 0, 0])
     ripple = Ripple(steps, offset, 6, share, np.float32(terms[1:]))
-    found = undone(ripple, wave, np.zeros(500), np.zeros(500))
+    found = corrected_waves(ripple, wave, np.zeros(500), np.zeros(500))
     np.testing.assert_allclose(found, 0.7 * begin * np.exp(1j * psi), atol=3e-6)
 
 
@@ -78,7 +78,7 @@ def test_shares_change_over_the_picture():
     )
     for k, share in enumerate((0.0, 0.02, 0.0375)):
         wave = 1j * shares(psi, 4, {3: share})
-        found = undone(ripple, wave, x, np.zeros(3))
+        found = corrected_waves(ripple, wave, x, np.zeros(3))
         assert np.angle(found[k] / 1j) == pytest.approx(1.0, abs=3e-6)
 
 
@@ -91,7 +91,7 @@ def test_sigma_holds_behind_a_gamma(steps):
     assert found.counts()["at a break of the surface"] == 0
     usual = np.median(found.sigma[found.mask], axis=0)
     assert all(
-        own.left < 0.3 * sd for own, sd in zip(found.response, usual, strict=True)
+        own.remaining < 0.3 * sd for own, sd in zip(found.response, usual, strict=True)
     )
 
 
@@ -149,7 +149,7 @@ def test_ripples_of_three_pixels_are_told(steps, camera):
     gamma, curve = (1.0, camera) if camera else (2.2, lambda light: light)
     fine = {"size": (240, 180), "cells": int(65 / steps), "noise": 1.0}
     found, within = seen(gamma, steps, camera=curve, **fine)
-    assert not any(own.bound or own.left is None for own in found.response)
+    assert not any(own.bound or own.remaining is None for own in found.response)
     assert within[0] > 0.65
     assert within[1] > 0.945
     assert within[2] > 0.985
@@ -168,7 +168,7 @@ def test_of_stripes_too_fine_to_tell_the_steps_give_a_bound():
     assert "take six steps" in line
     linear, _ = seen(1.0, 4, **FINEST)
     for own, other in zip(linear.response, found.response, strict=True):
-        assert own.left < 0.1 * other.left
+        assert own.remaining < 0.1 * other.remaining
 
 
 @pytest.mark.parametrize("blur", [0.0, 0.7])
@@ -189,7 +189,7 @@ def test_the_dark_beside_the_monitor_has_no_say_in_the_bound(cells):
     scene.images[:, dark] = np.clip(np.rint(scene.images[:, dark] + noise), 0, 255)
     found = decode(scene.images, scene.patterns, scene.grid)
     assert [own.bound for own in found.response] == [True, True]
-    assert max(own.left for own in found.response) < 0.01
+    assert max(own.remaining for own in found.response) < 0.01
 
 
 def answered(curve, dark=0.02):
@@ -282,8 +282,8 @@ def test_pieces_that_contradict_each_other_know_less(apart):
         own = apart * rng.normal(size=(40, 2, 1))
         rest = (slopes @ own)[..., 0] + rng.normal(size=(40, 32))
         found.append(moment @ np.einsum("skp,sk->p", slopes, rest))
-        left = rest - slopes @ found[-1]
-        stated.append(np.trace(_covariance(usual, left, slopes, weights)))
+        remaining = rest - slopes @ found[-1]
+        stated.append(np.trace(_covariance(usual, remaining, slopes, weights)))
     assert np.mean(stated) == pytest.approx(
         np.trace(np.cov(np.transpose(found))), rel=0.3
     )

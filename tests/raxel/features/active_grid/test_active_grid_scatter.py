@@ -6,14 +6,14 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.checks.redundancy import scatter_of_steps
+from raxel.features.active_grid.checks.redundancy import step_scatter
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "blur": 1.0, "share": 1.3}
 
 
 def windows_of_sines(count, noise, gains, seed=0):
-    """(N, P) light of 300 windows, harmonics (C, P), as `scatter_of_steps` has them."""
+    """(N, P) light of 300 windows, harmonics (C, P), as `step_scatter` has them."""
     rng = np.random.default_rng(seed)
     shape = 300, 7, 21
     phase = rng.uniform(0, 40, 300)[:, None, None] + 0.1 * np.indices(shape)[2]
@@ -42,7 +42,7 @@ def shared(rng, shape):
 @pytest.mark.parametrize(("noise", "of_windows"), [(white, 1.0), (shared, 7.0)])
 def test_a_window_says_what_its_pixels_share(count, noise, of_windows):
     light, harmonics = windows_of_sines(count, noise, np.ones(count))
-    found = scatter_of_steps(light, harmonics, np.full(light.shape[1], 4.0))
+    found = step_scatter(light, harmonics, np.full(light.shape[1], 4.0))
     assert found.of_windows == pytest.approx(of_windows, rel=0.3)
     assert found.of_one == pytest.approx(1.0, rel=0.1)
     np.testing.assert_allclose(found.drift, 0, atol=0.002)
@@ -52,7 +52,7 @@ def test_a_window_says_what_its_pixels_share(count, noise, of_windows):
 def test_the_light_of_each_step_is_found(count):
     gains = 1 + np.linspace(-0.02, 0.03, count)
     light, harmonics = windows_of_sines(count, white, gains)
-    found = scatter_of_steps(light, harmonics, np.full(light.shape[1], 4.0))
+    found = step_scatter(light, harmonics, np.full(light.shape[1], 4.0))
     np.testing.assert_allclose(found.drift, gains / gains.mean() - 1, atol=0.002)
     assert found.of_windows == pytest.approx(1.0, rel=0.3)
     waves = np.exp(-2j * np.pi * np.arange(count) / count)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from raxel.features.active_grid.coding import ALONE, DECODED, RIM, UNREADABLE
+from raxel.features.active_grid.coding import ALONE, BORDER, DECODED, UNREADABLE
 from raxel.features.active_grid.decoding import Decoded
 from raxel.features.active_grid.errors import Noise
-from raxel.features.active_grid.view import without_specks
+from raxel.features.active_grid.view import without_isolated_pixels
 
 MARGIN = 3
 
@@ -30,7 +30,7 @@ def lit():
 def test_specks_and_the_rim_of_the_lit_area_are_left_out():
     noisy = lit()
     noisy[::6, 80::4] = True
-    found, share = without_specks(decoded(noisy, noisy & ~lit()))
+    found, share = without_isolated_pixels(decoded(noisy, noisy & ~lit()))
     assert share == np.count_nonzero(noisy[:, 80:]) / np.count_nonzero(noisy)
     # At the border of the image the lit area goes on.
     inner = np.zeros_like(noisy)
@@ -39,7 +39,7 @@ def test_specks_and_the_rim_of_the_lit_area_are_left_out():
     assert np.array_equal(np.isfinite(found.location[..., 0]), inner)
     assert np.array_equal(np.isfinite(found.sigma[..., 1]), inner)
     assert set(found.status[::6, 80::4].ravel()) == {ALONE}
-    assert set(found.status[lit() & ~inner]) == {RIM}
+    assert set(found.status[lit() & ~inner]) == {BORDER}
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -48,7 +48,7 @@ def test_a_speck_is_faint_along_either_axis(axis):
     noisy[::6, 80::4] = True
     before = decoded(noisy)
     before.sigma[noisy & ~lit(), axis] *= 10
-    found, share = without_specks(before)
+    found, share = without_isolated_pixels(before)
     assert share > 0
     assert not found.mask[:, 80:].any()
 
@@ -60,6 +60,6 @@ def test_facets_and_a_few_specks_stay_as_they_are():
     plenty = lit()
     plenty[::6, 80::4] = True  # amid clipped pixels, say
     for before in (decoded(mask, mask & ~lit()), decoded(plenty)):
-        found, share = without_specks(before)
+        found, share = without_isolated_pixels(before)
         assert share == 0
         assert found is before

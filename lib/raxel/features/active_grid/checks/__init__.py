@@ -1,1 +1,1 @@
-"""What the images of an active grid say against themselves, beside the decoding."""
+"""Consistency checks on the images of an active grid, in addition to decoding."""

@@ -1,9 +1,9 @@
-"""What the images of an active grid say against themselves.
+"""Consistency checks on the images of an active grid.
 
-An image in another's place, a camera that moved, an exposure that changed: the decoder
-would take them, and its sigma would not know. They contradict one another all the same,
-and that is looked for here, on a part of the pixels. What a scene may do is no
-contradiction: places may jump from pixel to pixel, and parts may be dark or unseen.
+A misplaced image, a moved camera or a changed exposure can be decoded, and sigma does
+not contain it. Such images contradict each other, which is tested here on a sample of
+the pixels. Effects of the scene are not contradictions: positions may jump between
+pixels, and parts may be dark or invisible.
 """
 
 import hashlib
@@ -18,46 +18,47 @@ from raxel.features.active_grid.checks.motion import (
     unsteady_light,
 )
 from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
-from raxel.features.active_grid.coding import BESIDE, DARK, SATURATED, read_coding
+from raxel.features.active_grid.coding import DARK, OUTSIDE, SATURATED, read_coding
 from raxel.sets.patterns import pattern_picture
 
-# Of the pixels that see the monitor: shares that are worth a word, or too many.
-CLIPPED = 0.1
-OUTSIDE = 0.2
-# Values so much more frequent than those below them are where a camera stops counting.
-SPIKE = 5
-MIN_AT_LIMIT = 5e-4
-FEW = 50_000  # pixels, enough for a median
+# Maximal shares of the pixels on the monitor.
+MAX_CLIPPED_SHARE = 0.1
+MAX_OUTSIDE_SHARE = 0.2
+# A value so much more frequent than those below it is the camera's saturation level.
+MIN_SPIKE_RATIO = 5
+MIN_CLIPPED_SHARE = 5e-4
+N_MEDIAN_PIXELS = 50_000  # for a median
 
 
 class Examined(NamedTuple):
-    """The Doubts about images that were decoded, those that spoil the result first;
-    errors of places (2,) by what the steps of sines contradict each other, in the unit
-    of the result, 0 where sigma holds them; and factors (2,) by which noise that
-    neighbours share makes sigma larger, 1 where it is white."""
+    """Hold the diagnostics of decoded images, the fatal ones first.
+
+    errors: (2,) of positions by inconsistent phase steps, in the unit of the result, 0
+    where sigma contains them; factors: (2,) by which spatially correlated noise
+    increases sigma, 1 for white noise.
+    """
 
     doubts: list[Doubt]
     errors: np.ndarray
     factors: np.ndarray
 
     def widened(self, sigma):
-        """sigma (H, W, 2) with the errors; factors are for `decode`, as `shared`."""
+        """Return sigma (H, W, 2) with the errors; `decode` applies the factors."""
         return np.hypot(sigma, self.errors).astype(np.float32)
 
 
 def examine(
     images, patterns, monitor, decoded, white=None, black=None, smooth=True
 ):  # fmt: skip
-    """What these images say against themselves, as Examined.
+    """Check the images of a view against each other and return Examined.
 
-    As `decode`, whose result `decoded` is, with windows averaged or not (smooth).
-    Not detected: both axes exchanged or one of them reversed as a whole, which is what
-    a mirror does; light that drifts by a few percent over all images; something that
-    covers the monitor in some of them; a step of three that is brighter, where no Gray
-    code has its inverse; and a movement of less than a pixel that neither the edges
-    beside the pattern, the steps, nor the code shows.
+    Arguments as of `decode`, and its result; smooth: whether windows were averaged.
+    Not detected: both axes exchanged, or one axis reversed, as in a mirror; a drift of
+    the light by a few percent over all images; an occlusion in some images; one
+    brighter step of three, without inverses in the Gray code; and a movement of less
+    than a pixel without visible edges, in neither steps nor code.
     """
-    found = list(_equal_pictures(images, patterns))
+    found = list(_equal_images(images, patterns))
     errors, factors = np.zeros(2), np.ones(2)
     codes = read_coding(patterns, monitor.monitor_px)
     levels = white, black
@@ -66,7 +67,7 @@ def examine(
     if sample is not None:
         found += code_doubts(sample)
         found += phase_doubts(sample, decoded.noise)
-        # In the wrong order, images seem unsteady as well.
+        # Misordered images would appear unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += unsteady_light(sample)
             found += motion_doubts(sample)
@@ -75,13 +76,13 @@ def examine(
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
-    found += _left_out(decoded, codes)
+    found += _exclusion_doubts(decoded, codes)
     found = sorted(found, key=lambda doubt: not doubt.spoils)
     return Examined(found, errors, factors)
 
 
 def _of_steps(sample, monitor, decoded, smooth):
-    """Doubts, errors (2,) and factors (2,) by steps that do not agree."""
+    """Return diagnostics, errors (2,) and factors (2,) by inconsistent steps."""
     errors, factors = np.zeros(2), np.ones(2)
     known = decoded.sigma[decoded.mask]
     if not len(known):
@@ -92,14 +93,16 @@ def _of_steps(sample, monitor, decoded, smooth):
         (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
         for code in sample.codes
     ]
-    usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes] / lengths
+    usual = (
+        np.median(known[:: 1 + len(known) // N_MEDIAN_PIXELS], axis=0)[axes] / lengths
+    )
     doubts, periods, wider = step_errors(sample, decoded.noise, usual, smooth)
     errors[axes], factors[axes] = periods * lengths, wider
     return doubts, errors, factors
 
 
-def _equal_pictures(images, patterns):
-    """Two photographs are never equal, unless there is nothing in them."""
+def _equal_images(images, patterns):
+    """Yield a diagnostic for equal images, unless they are uniform."""
     first = {}
     for image, pattern in zip(images, patterns, strict=True):
         if image.min() == image.max():
@@ -110,20 +113,20 @@ def _equal_pictures(images, patterns):
             yield Doubt(
                 "same-image",
                 True,
-                f"{pattern.image}: the same image as {other.image}, pixel for pixel; "
-                "take it again or mend the name",
+                f"{pattern.image}: identical to {other.image}; retake the image or "
+                "correct the file name",
             )
 
 
 def _shown_alike(one, other):
-    """Whether a usual monitor shows both alike, as bits of a code too long for it."""
+    """Whether a usual monitor displays both alike, as bits finer than its pixels."""
     size = 1024, 1024
     same = pattern_picture(one, size) == pattern_picture(other, size)
     return bool(same.all())
 
 
 def _levels(sample, white, black):
-    """White is brighter than black, where there is light."""
+    """Yield a diagnostic if black is brighter than white."""
     if sample is None or white is None or black is None:
         return
     light = white.astype(np.int32) - black
@@ -131,37 +134,37 @@ def _levels(sample, white, black):
         yield Doubt(
             "white-black",
             True,
-            "its black image is brighter than its white one; exchange white and black",
+            "black is brighter than white; exchange white and black",
         )
 
 
-def _left_out(decoded, codes):
-    """Pixels that are not decoded for one reason, too many of those not in the dark."""
+def _exclusion_doubts(decoded, codes):
+    """Yield diagnostics of pixels that are excluded for one reason too often."""
     counts = np.bincount(decoded.status.ravel(), minlength=8)
-    seen = max(counts.sum() - counts[DARK], 1)
-    if counts[BESIDE] > OUTSIDE * seen:
+    visible = max(counts.sum() - counts[DARK], 1)
+    if counts[OUTSIDE] > MAX_OUTSIDE_SHARE * visible:
         axes = " and ".join("xy"[code.axis] for code in codes)
         yield Doubt(
             "beside-monitor",
             True,
-            f"{100 * counts[BESIDE] / seen:.0f} % of the pixels would lie beside the "
-            f"monitor along {axes}; correct target.monitor_px, or of and cell_px of "
-            "its Gray code",
+            f"{100 * counts[OUTSIDE] / visible:.0f} % of the pixels decode to "
+            f"positions outside the monitor along {axes}; correct target.monitor_px, "
+            "or of and cell_px of its Gray code",
         )
-    if counts[SATURATED] > CLIPPED * seen:
+    if counts[SATURATED] > MAX_CLIPPED_SHARE * visible:
         yield Doubt(
             "overexposed",
             False,
-            f"{100 * counts[SATURATED] / seen:.0f} % of the pixels that see the "
-            "monitor are overexposed and left out; expose less",
+            f"{100 * counts[SATURATED] / visible:.0f} % of the pixels on the monitor "
+            "are excluded (overexposed); reduce the exposure",
         )
 
 
 def clipped_at(images, patterns):
-    """The grey value at which the sines are clipped, None where none is.
+    """Return the grey level at which the sinusoids are clipped, or None.
 
-    A camera of 12 bits in files of 16, or one that ends at 235, clips its sines below
-    the largest value of the file: such a value is far more frequent than those below.
+    A camera with 12 bits in files of 16, or one that saturates at 235, clips below the
+    largest value of the file. The clipped value is far more frequent than those below.
     """
     sines = [i for i, p in zip(images, patterns, strict=True) if p.kind == "phase"]
     if not sines:
@@ -171,11 +174,11 @@ def clipped_at(images, patterns):
     for image in sines:
         count += int(np.count_nonzero(image == top))
         total += image.size
-    if count < MIN_AT_LIMIT * total:
+    if count < MIN_CLIPPED_SHARE * total:
         return None
     values = np.concatenate([image[image > 0.9 * top].ravel() for image in sines])
     lower = np.unique(values[values < top])[::-1][:3]
     if len(lower) < 3:
         return None
     below = np.isin(values, lower).sum() / len(lower)
-    return top if count > SPIKE * below else None
+    return top if count > MIN_SPIKE_RATIO * below else None

@@ -1,4 +1,4 @@
-"""Do the phase steps follow one another, and begin where the cells of the code do?"""
+"""Checks of phase steps: their order, and their offset from the cells of the code."""
 
 from itertools import combinations
 
@@ -6,43 +6,44 @@ import cv2
 import numpy as np
 
 from raxel.features.active_grid.checks.code import Doubt, neighbours
-from raxel.features.active_grid.coding import REACH
-from raxel.features.active_grid.phase_unwrapping import share_told, usual_misfit
+from raxel.features.active_grid.coding import WINDOW_RADIUS
+from raxel.features.active_grid.phase_unwrapping import mean_misfit, unwrapped_share
 
-# Which step does each image of a sine show? Each image of a sine, less the mean
-# of all and in shares of their spread, is a combination of a sine and a cosine over
-# the pixels. So the images lie on a circle, at the angles of their steps, up to a
-# turn and a reflection: image j of those in the order of the circle shows step m +
-# j or m - j. The edges of a Gray code, or sines of other periods, determine which.
+# Order of phase steps. Each image minus the mean of all, divided by their spread, is a
+# combination of a sine and a cosine over the pixels. So the images are on a circle, at
+# the angles of their steps, up to a rotation and a reflection: image j in the order of
+# the circle has step m + j or m - j. The edges of a Gray code, or sinusoids of other
+# periods, determine which.
 
 
-FAINT = 0.01  # of the contrast: less is no sine
-SAME_STEP = 0.1  # of the distance between steps
-OF_SINES = 0.6  # share of an image that is explained by what all have in common
-MIN_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
-HEALED = 0.4  # of it is left by an order that explains the images
-OFFSETS, SAME_OFFSET = 24, 0.005  # in a period, and what is taken for one of them
+MIN_SINE_CONTRAST = 0.01  # of the contrast
+MAX_STEP_DISTANCE = 0.1  # of the distance between steps
+MIN_COMMON_SHARE = 0.6  # of an image, explained by the common sinusoid
+MIN_RESIDUAL_SHARE = 0.01  # of the listed steps, not explained by a sinusoid
+MAX_RESIDUAL_RATIO = 0.4  # of that residual, for an order that explains the images
+# Offsets that are multiples of a fraction are rounded to it.
+OFFSETS_PER_PERIOD, OFFSET_TOL = (24, 0.005)
 
 
 def rounded_offset(offset):
-    """An offset as it is written in set.yaml, by one that is measured."""
-    near = round(offset * OFFSETS) / OFFSETS
-    offset = near if abs(offset - near) < SAME_OFFSET else offset
+    """Return a measured offset as it is written in set.yaml."""
+    near = round(offset * OFFSETS_PER_PERIOD) / OFFSETS_PER_PERIOD
+    offset = near if abs(offset - near) < OFFSET_TOL else offset
     return f"{offset % 1:.3g}"
 
 
-def faulty_pictures(sample, axis, sines):
-    """A Doubt or none: about images of some Sines that show none of their steps."""
+def faulty_steps(sample, axis, sines):
+    """Yield a diagnostic or none: images of some Sines that are not a phase step."""
     names = [sample.names[k] for k in sines.steps]
     along, values = "xy"[sample.codes[axis].axis], _around_mean(sample, sines.steps)
     spread = np.sqrt(np.mean(values**2, axis=0))
     contrast = np.median((sample.high - sample.low)[sample.lit])
-    if np.median(spread) < FAINT * contrast:
+    if np.median(spread) < MIN_SINE_CONTRAST * contrast:
         yield Doubt(
             "no-sines",
             True,
-            f"{names[0]} to {names[-1]} show no sines along {along}, but as good as "
-            "equal light; put the right images there or take them again",
+            f"{names[0]} to {names[-1]}: no sinusoidal pattern along {along}; correct "
+            "the file names or retake the images",
         )
         return
     values = _in_shares(values)
@@ -51,53 +52,61 @@ def faulty_pictures(sample, axis, sines):
     near = 1 - alike / (size[:, None] * size) + np.eye(count)
     j, k = divmod(int(np.argmin(near)), count)
     both_signs = 0.15 < np.mean(values[j] > 0) < 0.85
-    if both_signs and near[j, k] < SAME_STEP * (1 - np.cos(step)):
+    if both_signs and near[j, k] < MAX_STEP_DISTANCE * (1 - np.cos(step)):
         yield Doubt(
             "same-step",
             True,
-            f"{names[k]} shows the same step as {names[j]}; put the right image "
-            "there or take it again",
+            f"{names[k]}: same phase step as {names[j]}; correct the file name or "
+            "retake the image",
         )
         return
     common = _in_common(alike)
-    if common.min() < OF_SINES:
-        odd = np.flatnonzero(common < common.min() + 0.1)
+    if common.min() < MIN_COMMON_SHARE:
+        outliers = np.flatnonzero(common < common.min() + 0.1)
         yield Doubt(
             "not-a-step",
             True,
-            f"{' or '.join(names[k] for k in odd)} shows no step of the sines along "
-            f"{along} that the others show; put the right image there",
+            f"{' or '.join(names[k] for k in outliers)}: not a phase step along "
+            f"{along} of the period of the others; correct the file name",
         )
 
 
 def circle_order(sample, sines):
-    """Pictures of some Sines, by their place in the list, in an order that makes sines
-    of them: the listed one, unless that leaves much that another one explains."""
+    """Return the order of images of some Sines that fits a sinusoid, by list index.
+
+    The listed order, unless it leaves a large residual that another order explains.
+    """
     listed = list(range(len(sines.steps)))
     values = _in_shares(_around_mean(sample, sines.steps))
     alike = values @ values.T / values.shape[1]
     if len(listed) == 3 or not _covered(alike):
-        return listed  # any three images are the steps of some sine
+        return listed  # any three images are the steps of some sinusoid
     order, before, after = _best_order(alike)
-    return order if before > MIN_LEFT and after < HEALED * before else listed
+    return (
+        order
+        if before > MIN_RESIDUAL_SHARE and after < MAX_RESIDUAL_RATIO * before
+        else listed
+    )
 
 
 def _around_mean(sample, images):
-    """(N, P) light at lit pixels, less the mean of all."""
+    """Return (N, P) light at lit pixels, minus the mean of all images."""
     values = sample.images[list(images)][:, sample.lit]
     return values - values.mean(axis=0)
 
 
 def _in_shares(values):
-    """In shares of their spread, where that is not faint."""
+    """Return the values divided by their spread, where that is not small."""
     spread = np.sqrt(np.mean(values**2, axis=0))
     good = spread > 0.25 * np.median(spread)
     return values[:, good] / spread[good]
 
 
 def _in_common(alike):
-    """(N,) the share of each image that a sine of all explains; 1 where any three
-    images are the steps of some sine, or too little of a period is seen."""
+    """Return (N,) the share of each image that a common sinusoid explains.
+
+    1 for three images, which always fit, or if too little of a period is visible.
+    """
     if len(alike) == 3 or not _covered(alike):
         return np.ones(len(alike))
     weights, vectors = np.linalg.eigh(alike)
@@ -105,56 +114,56 @@ def _in_common(alike):
 
 
 def _covered(alike):
-    """Whether there is enough of a period in the image to know a sine by."""
+    """Whether the image contains enough of a period to estimate a sinusoid."""
     weights = np.linalg.eigvalsh(alike)
     return weights[-2] > 0.05 * weights[-1]
 
 
 def _best_order(alike):
-    """(order, what the steps leave as listed, what they leave in that order).
+    """Return (order, residual of the listed order, residual of that order).
 
-    What is left when a sine of the listed steps is fitted, as a share of all; images
-    are exchanged as long as that makes it less.
+    The residual of a sinusoid fitted to the steps, as a share of all. Images are
+    exchanged as long as that reduces it.
     """
     count = len(alike)
     steps = 2 * np.pi / count * np.arange(count)
-    due = 2 / count * np.cos(steps[:, None] - steps)
+    expected = 2 / count * np.cos(steps[:, None] - steps)
     total = np.trace(alike)
 
-    def left(order):
-        return 1 - np.sum(due * alike[np.ix_(order, order)]) / total
+    def residual(order):
+        return 1 - np.sum(expected * alike[np.ix_(order, order)]) / total
 
     order = list(range(count))
-    listed = least = left(order)
+    listed = lowest = residual(order)
     while True:
         trials = []
         for j, k in combinations(range(count), 2):
             trial = order.copy()
             trial[j], trial[k] = trial[k], trial[j]
-            trials.append((left(trial), trial))
+            trials.append((residual(trial), trial))
         best, trial = min(trials)
-        if best > least - 1e-9:
-            return order, listed, least
-        least, order = best, trial
+        if best > lowest - 1e-9:
+            return order, listed, lowest
+        lowest, order = best, trial
 
 
-# Do sines of several periods, without a Gray code, tell which period is seen?
+# Uniqueness of multi-frequency phase unwrapping, without a Gray code.
 
 
-PIXELS = 5000
-WINDOW = 2 * REACH + 1
-MOST = 0.5  # share of pixels that must know their period
-WASHED_OUT = 0.5  # of the modulation of pixels, that their windows must keep
-# Periods by which sines begin off each other in the mean over all pixels: ripples of a
-# response and noise have none. So much of an offset that all share is too much.
-OFF, TOO_FAR_OFF = 0.002, 0.04
+N_PIXELS = 5000
+WINDOW = 2 * WINDOW_RADIUS + 1
+MIN_UNWRAPPED_SHARE = 0.5  # of the pixels
+MIN_WINDOW_MODULATION = 0.5  # of the modulation of single pixels
+# Offsets between sinusoids in periods, as means over all pixels: ripples of a response
+# and noise have none. Minimal offset, and minimal common offset.
+MIN_OFFSET, MIN_COMMON_OFFSET = 0.002, 0.04
 
 
 def frequency_doubts(sample, axis, noise):
-    """A Doubt or none about the sines of an axis of a Sample; noise: a Noise.
+    """Yield a diagnostic or none of the sinusoids of an axis; noise: a Noise.
 
-    Images of two of them exchanged, steps in the wrong order and offsets that are
-    not stated leave each sine sound by itself, and phases that contradict each other.
+    Images exchanged between two of them, steps in the wrong order and unstated offsets
+    leave each sinusoid consistent, and make their phases contradict each other.
     """
     code = sample.codes[axis]
     every = code.sines, *code.others
@@ -162,7 +171,7 @@ def frequency_doubts(sample, axis, noise):
     periods = (sample.extents[axis] * periods).astype(np.float32)
     turns, variances = _windows(sample, every, noise)
     along = "xy"[code.axis]
-    if share_told(turns, variances, periods) >= MOST:
+    if unwrapped_share(turns, variances, periods) >= MIN_UNWRAPPED_SHARE:
         yield from _offset_doubts(every, turns, variances, periods, along)
         return
     files = ", ".join(
@@ -172,37 +181,39 @@ def frequency_doubts(sample, axis, noise):
     yield Doubt(
         "periods-unknown",
         True,
-        f"the phases of the sines along {along} ({files}) do not determine the period: "
-        "check their order, step, periods and offset, or reduce the noise",
+        f"axis {along}: the phases do not determine the period ({files}); check order, "
+        "step, periods and offset, or reduce the noise",
     )
 
 
 def _offset_doubts(every, turns, variances, periods, along):
-    """Sines that fit each other, but not quite: a small offset looks like a response
-    that is not linear, whose errors have a mean of none."""
-    off, shares = usual_misfit(turns, variances, periods)
-    # The offset that all share, by how much each is off the places of the first.
-    begun = off @ (shares - 1) / max((shares - 1) @ (shares - 1), 1e-6)
-    most = np.abs(off).max()
-    if most < OFF or abs(begun) < TOO_FAR_OFF:
+    """Yield a diagnostic of sinusoids with offsets between them.
+
+    A small offset looks like a nonlinear response, whose errors have a mean of 0.
+    """
+    offsets, shares = mean_misfit(turns, variances, periods)
+    # The common offset, from the offset of each against the positions of the first.
+    begun = offsets @ (shares - 1) / max((shares - 1) @ (shares - 1), 1e-6)
+    largest = np.abs(offsets).max()
+    if largest < MIN_OFFSET or abs(begun) < MIN_COMMON_OFFSET:
         return
     offset = rounded_offset(every[0].offset + begun)
     yield Doubt(
         "offset",
         True,
-        f"the sines along {along} begin {most:.2g} periods off each other: give "
-        f"offset: {offset} if all of them begin there; else something moved between "
-        "them, and they must be taken again",
+        f"axis {along}: sinusoids differ by {largest:.2g} periods of offset (stated "
+        f"offset wrong or motion between them); give offset: {offset} or retake the "
+        "images",
     )
 
 
 def _windows(sample, every, noise):
-    """Phases of windows in the bands and their variances, (F, P) float32, periods.
+    """Return phases of windows in the bands and variances, (F, P) float32, periods.
 
-    Of sines that windows wash out, those of pixels.
+    Phases of single pixels for sinusoids that windows average out.
     """
     lit = np.flatnonzero(sample.lit)
-    some = lit[:: -(-len(lit) // PIXELS)]
+    some = lit[:: -(-len(lit) // N_PIXELS)]
     turns, variances = [], []
     for sines in every:
         wave, mean = sample.wave_of(sines, sines.steps)
@@ -212,8 +223,8 @@ def _windows(sample, every, noise):
         )
         own, wave = wave.ravel()[some], (cosine + 1j * sine).ravel()[some]
         of_wave = 2 / len(sines.steps) * noise.at(mean.ravel()[some])
-        if np.median(np.abs(wave)) < WASHED_OUT * np.median(np.abs(own)):
-            wave = own  # of windows that hold a period, the mean is turned round
+        if np.median(np.abs(wave)) < MIN_WINDOW_MODULATION * np.median(np.abs(own)):
+            wave = own  # the mean over a whole period has no phase
         else:
             of_wave = of_wave / WINDOW**2
         turns.append(np.angle(wave) / (2 * np.pi) % 1)
@@ -221,126 +232,134 @@ def _windows(sample, every, noise):
     return np.float32(turns), np.float32(variances)
 
 
-# What phases are at the edges of their Gray code, where the cells make them known.
+# Phases at the edges of their Gray code, where the cells predict them.
 
 
-MIN_EDGES = 100  # pixels
-SMOOTH = 3  # times the usual change from pixel to pixel
-BREAK = 1.0  # rad
-# Periods, standard deviations by noise, and shares of the blur, which draws edges and
-# sines apart where a surface bends: what is beyond all three has moved.
-MOVED, BEYOND_NOISE, DRAWN = 0.006, 6, 0.1
-# Of what sines keep of a pixel's contrast where they keep most, 0.95 quantile. Where
-# blur washes finer ones out, their phase is that of coarser ones beside them.
-CLEAR = 0.25
+MIN_N_EDGES = 100  # pixels
+MAX_TURN_RATIO = 3  # over the usual change between pixels
+MIN_BREAK_RAD = 1.0
+# Periods, standard deviations by noise, and shares of the blur, which shifts edges and
+# sinusoids differently on curved surfaces: a shift beyond all three is a motion.
+MIN_MOTION_PERIODS, NOISE_SIGMAS, MIN_MOTION_BLURS = 0.006, 6, 0.1
+# Modulation over contrast, relative to its 0.95 quantile. Where blur removes finer
+# stripes, the phase is that of coarser ones next to them.
+MIN_CONTRAST_SHARE = 0.25
 
 
 def moved_doubts(sample, axis, blur_px):
-    """A Doubt or none: did something move between Gray code and phases of an axis?
+    """Yield a diagnostic or none of motion between Gray code and phases of an axis.
 
-    blur_px: its standard deviation, or None. To be asked where the steps agree, as one
-    that is brighter shifts the phase as well.
+    blur_px: its standard deviation, or None. Valid only if the steps agree, since a
+    brighter step shifts the phase as well.
     """
     code = sample.codes[axis]
-    # Of four steps and more, and edges midway between image and inverse, the response
-    # shifts none where they meet.
+    # With four steps or more, and edges midway between image and inverse, the response
+    # does not shift phases at edges.
     if len(code.steps) < 4 or any(dark is None for _, dark in code.bits):
         return
-    phase, due, along = phases_at_edges(sample, axis, code.steps)
+    phase, expected, along = phases_at_edges(sample, axis, code.steps)
     if not len(along):
         return
-    off = phase * np.conj(due)
-    mean = off.mean()
+    offsets = phase * np.conj(expected)
+    mean = offsets.mean()
     turn = abs(np.angle(mean))
-    spread = np.std(np.angle(off * np.conj(mean))) / np.sqrt(len(off))
+    spread = np.std(np.angle(offsets * np.conj(mean))) / np.sqrt(len(offsets))
     px = turn / np.median(np.abs(along))
-    limit = max(BEYOND_NOISE * spread, 2 * np.pi * MOVED)
-    if turn > limit and px > DRAWN * (blur_px or 0.0):
+    limit = max(NOISE_SIGMAS * spread, 2 * np.pi * MIN_MOTION_PERIODS)
+    if turn > limit and px > MIN_MOTION_BLURS * (blur_px or 0.0):
         files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
         yield Doubt(
             "moved-code-phase",
             False,
-            f"the sines along {'xy'[code.axis]} ({files}) begin "
-            f"{turn / (2 * np.pi):.2g} periods, about {px:.1f} px, off the cells of "
-            "its Gray code: something moved between them; camera and monitor must be "
-            "at rest: take the images again",
+            f"axis {'xy'[code.axis]}: sinusoids {files} are shifted by "
+            f"{turn / (2 * np.pi):.2g} periods (about {px:.1f} px) against the Gray "
+            "code; keep camera and monitor still and retake the images",
         )
 
 
 def phases_at_edges(sample, axis, images):
-    """Of E edges that `_at_edges` finds, phases and what the code makes them, complex
-    (E,) of unit length, and how much they grow towards higher cells, rad; all empty
-    where these cannot be told. images: in the place of the axis' steps."""
-    code, none = sample.codes[axis], (np.empty(0),) * 3
+    """Return phases at E edges, their prediction by the code, and their growth.
+
+    Complex (E,) of unit length twice, and rad towards higher cells (E,); all empty
+    without enough edges. images: in place of the axis' steps.
+    """
+    code, empty = sample.codes[axis], (np.empty(0),) * 3
     if not code.bits:
-        return none
-    apart = np.array([sample.apart(axis, bit) for bit in range(len(code.bits))])
+        return empty
+    difference = np.array(
+        [sample.difference(axis, bit) for bit in range(len(code.bits))]
+    )
     phase = sample.wave_of(code.sines, images)[0]
     lit = sample.lit & _clear(sample, np.abs(phase))
     phase = phase / np.maximum(np.abs(phase), 1e-9)
-    cells = _cells(apart)
+    cells = _cells(difference)
     found = [
-        _at_edges(code, apart, phase, cells, lit, *slices) for slices in neighbours(1)
+        _at_edges(code, difference, phase, cells, lit, *slices)
+        for slices in neighbours(1)
     ]
-    *told, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    *edges, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # Among many breaks between surfaces, some look like edges.
-    return told if len(told[0]) >= max(MIN_EDGES, breaks.sum()) else none
+    return edges if len(edges[0]) >= max(MIN_N_EDGES, breaks.sum()) else empty
 
 
 def _clear(sample, amplitudes):
-    """Where sines keep enough of the contrast for their phase to be their own."""
+    """Return where the modulation is large enough for a reliable phase."""
     kept = amplitudes / np.maximum(sample.high - sample.low, 1e-6)
-    return kept > CLEAR * np.quantile(kept[sample.lit], 0.95)
+    return kept > MIN_CONTRAST_SHARE * np.quantile(kept[sample.lit], 0.95)
 
 
-def _at_edges(code, apart, phase, cells, lit, first, second):
-    """Where one bit changes on one surface: complex (E,) twice, (E,) and a count (1,).
+def _at_edges(code, difference, phase, cells, lit, first, second):
+    """Return where one bit changes on one surface: two complex (E,), (E,), (1,).
 
-    The phase there, interpolated to where image and inverse are equal, and what the
-    cells make it; how much it grows towards higher cells, rad; how often it breaks.
+    The phase there, interpolated to where image and inverse are equal; its prediction
+    by the cells; its growth towards higher cells, rad; and the number of breaks.
     """
     turn = np.angle(phase[second] * np.conj(phase[first]))
     lit = lit[first] & lit[second]
     up = cells[second] - cells[first]
-    changed = (apart[(slice(None), *first)] > 0) != (apart[(slice(None), *second)] > 0)
+    changed = (difference[(slice(None), *first)] > 0) != (
+        difference[(slice(None), *second)] > 0
+    )
     usual = np.median(np.abs(turn[lit])) if lit.any() else 0.0
     edge = lit & (np.abs(up) == 1) & (changed.sum(axis=0) == 1)
-    edge &= np.abs(turn) < SMOOTH * max(usual, 0.01)
-    breaks = np.count_nonzero(lit & (np.abs(turn) > max(SMOOTH * usual, BREAK)))
+    edge &= np.abs(turn) < MAX_TURN_RATIO * max(usual, 0.01)
+    breaks = np.count_nonzero(
+        lit & (np.abs(turn) > max(MAX_TURN_RATIO * usual, MIN_BREAK_RAD))
+    )
     bit = np.argmax(changed, axis=0)[None]
-    before = np.take_along_axis(apart[(slice(None), *first)], bit, 0)[0][edge]
-    after = np.take_along_axis(apart[(slice(None), *second)], bit, 0)[0][edge]
+    before = np.take_along_axis(difference[(slice(None), *first)], bit, 0)[0][edge]
+    after = np.take_along_axis(difference[(slice(None), *second)], bit, 0)[0][edge]
     share = before / (before - after)
     there = (1 - share) * phase[first][edge] + share * phase[second][edge]
     number = np.maximum(cells[first], cells[second])[edge]
-    due = np.exp(2j * np.pi * number * code.cell / code.period)
-    return there / np.abs(there).clip(1e-9), due, turn[edge] * up[edge], [breaks]
+    expected = np.exp(2j * np.pi * number * code.cell / code.period)
+    return there / np.abs(there).clip(1e-9), expected, turn[edge] * up[edge], [breaks]
 
 
-def _cells(apart):
-    """The cell of each pixel, by the signs of image less inverse."""
-    value = np.zeros(apart[0].shape, bool)
-    cells = np.zeros(apart[0].shape, np.int32)
-    for bit in apart:
+def _cells(difference):
+    """Return the cell of each pixel, by the signs of image minus inverse."""
+    value = np.zeros(difference[0].shape, bool)
+    cells = np.zeros(difference[0].shape, np.int32)
+    for bit in difference:
         value = value ^ (bit > 0)
         cells = 2 * cells + value
     return cells
 
 
-# Length of the mean of unit vectors. Without inverses a tone curve moves edges to dark
-# and to bright apart, as far as blur reaches.
-TOGETHER, TOGETHER_ALONE = 0.7, 0.3
-OFF_CODE = 0.08  # periods
+# Length of the mean of unit vectors. Without inverses a tone curve shifts edges to dark
+# and to bright in opposite directions, as far as blur reaches.
+MIN_COHERENCE, MIN_COHERENCE_WITHOUT_INVERSE = 0.7, 0.3
+MAX_CODE_OFFSET = 0.08  # periods
 
 
 def phase_doubts(sample, noise):
-    """Doubts about the phase steps of a Sample; noise: a Noise."""
+    """Return diagnostics of the phase steps of a Sample; noise: a Noise."""
     found = []
     for axis, code in enumerate(sample.codes):
         if not code.steps:
             continue
         every = code.sines, *code.others
-        faults = [f for sines in every for f in faulty_pictures(sample, axis, sines)]
+        faults = [f for sines in every for f in faulty_steps(sample, axis, sines)]
         if not faults:
             orders = [circle_order(sample, sines) for sines in every]
             faults = list(_out_of_order(sample, axis, every, orders))
@@ -351,15 +370,15 @@ def phase_doubts(sample, noise):
 
 
 def _out_of_order(sample, axis, every, orders):
-    """Doubts about orders of images, each of some Sines, the first by its code."""
+    """Yield diagnostics of orders of images, each of some Sines."""
     for sines, order in zip(every, orders, strict=True):
         names = [sample.names[k] for k in sines.steps]
         if order != list(range(len(order))):
             yield Doubt(
                 "step-order",
                 True,
-                f"the phase steps along {'xy'[sample.codes[axis].axis]} ({names[0]} to "
-                f"{names[-1]}) are not in order; correct step",
+                f"{names[0]} to {names[-1]}: phase steps along "
+                f"{'xy'[sample.codes[axis].axis]} are not in order; correct step",
             )
         elif sines is every[0]:
             at_edges = phases_at_edges(sample, axis, sines.steps)
@@ -367,42 +386,42 @@ def _out_of_order(sample, axis, every, orders):
                 yield from edge_doubts(sample, axis, *at_edges)
 
 
-def edge_doubts(sample, axis, phase, due, along):
-    """Doubts about steps in order by their phases at edges (`phases_at_edges`)."""
+def edge_doubts(sample, axis, phase, expected, along):
+    """Yield diagnostics of ordered steps by their phases at edges."""
     code = sample.codes[axis]
     name, names = "xy"[code.axis], [sample.names[k] for k in code.steps]
-    # Where sines are clipped, they stand still.
+    # The phase of clipped sinusoids does not change.
     backwards = bool(np.mean(along < 0) > 0.5)
-    mean = np.mean((-np.conj(phase) if backwards else phase) * np.conj(due))
+    mean = np.mean((-np.conj(phase) if backwards else phase) * np.conj(expected))
     turns = np.angle(mean) / (2 * np.pi)
     steps, bits = f"{names[0]} to {names[-1]}", _of_code(sample, code)
     alone = any(dark is None for _, dark in code.bits)
-    if abs(mean) < (TOGETHER_ALONE if alone else TOGETHER):
+    if abs(mean) < (MIN_COHERENCE_WITHOUT_INVERSE if alone else MIN_COHERENCE):
         yield Doubt(
             "period",
             True,
-            f"the sines along {name} ({steps}) do not fit the cells of its Gray code "
-            f"({bits}); correct periods, cell_px, of or axis",
+            f"axis {name}: sinusoids {steps} do not fit the cells of the Gray code "
+            f"{bits}; correct periods, cell_px, of or axis",
         )
     elif backwards:
         yield Doubt(
             "reversed",
             True,
-            f"the phase along {name} falls where its Gray code rises: correct step of "
-            f"{steps}, or bit and inverse of {bits}",
+            f"axis {name}: the phase decreases where the Gray code increases; correct "
+            f"step of {steps}, or bit and inverse of {bits}",
         )
-    elif abs(turns) > OFF_CODE:
+    elif abs(turns) > MAX_CODE_OFFSET:
         there = rounded_offset(code.sines.offset + turns)
         yield Doubt(
             "offset",
             True,
-            f"the sines along {name} ({steps}) begin {abs(turns):.2f} periods off the "
-            f"cells of its Gray code: give offset: {there} if they begin there, else "
-            "correct step, or take all images in one pose",
+            f"axis {name}: sinusoids {steps} have an offset of {abs(turns):.2f} "
+            f"periods from the Gray code; give offset: {there}, correct step, or "
+            "retake all images in one pose",
         )
 
 
 def _of_code(sample, code):
-    """The images of a Gray code, as messages name them."""
+    """Return the names of the images of a Gray code for messages."""
     names = [sample.names[k] for pair in code.bits for k in pair if k is not None]
     return f"{names[0]} to {names[-1]}"

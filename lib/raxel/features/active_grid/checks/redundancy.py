@@ -1,10 +1,10 @@
-"""What the steps of a sine say against each other, and how wrong places are by it.
+"""Redundancy of phase steps: inconsistent steps, and the position errors they cause.
 
-A sine has three unknowns; of N steps, N - 3 numbers a pixel are left, for four steps
-I0 - I1 + I2 - I3. An image that is brighter than the others or moved leaves
-(N - 3) / N of what was done to it there, and turns the phase by 2 / N of that, over the
-modulation and in quadrature. Harmonics of the response are left as well: they follow
-the phase, two turns or more for one, and are taken off. Of three steps nothing is left.
+A sinusoid has three unknowns. N steps leave N - 3 residuals per pixel, for four steps
+I0 - I1 + I2 - I3. A brighter or moved image leaves (N - 3) / N of its change in the
+residuals and shifts the phase by 2 / N of it, divided by the modulation and in
+quadrature. Harmonics of the response remain as well. They vary with the phase, with two
+cycles or more, and are subtracted. Three steps leave no residual.
 """
 
 from typing import NamedTuple
@@ -13,27 +13,27 @@ import cv2
 import numpy as np
 from scipy.stats import chi2
 
-# What N >= 4 steps of a sine leave besides it: noise that is not white, and drift. Of
-# N steps, N - 3 numbers a pixel are left when a sine has been taken off. Their
-# variance is that of grey values, of one pixel and of a mean over a window alike:
-# noise that neighbours share, as the blocks of a JPEG file make it, is less averaged
-# away than white noise, and a window says by how much. Light that changes from step
-# to step leaves them in proportion to the light: with M what takes off a sine, and
-# images I_j that are brighter by g_j, the sum of M_kj I_j / (1 + g_j) over j is
-# nothing but noise. Its square is a form of 1 / (1 + g_j), which the vector of its
-# least eigenvalue makes least.
+# Residuals of N >= 4 steps: correlated noise and drift of the light. The variance of
+# the N - 3 residuals is that of grey values, for single pixels and for means over
+# windows. Spatially correlated noise, as of the blocks of a JPEG file, averages out
+# less than white noise, and windows measure how much. A drift of the light leaves
+# residuals in proportion to the light. With the projection M and images I_j that are
+# brighter by g_j, the sum of M_kj I_j / (1 + g_j) over j is only noise. Its square is a
+# form of 1 / (1 + g_j), minimised by the eigenvector of the smallest eigenvalue.
 
 
 WINDOW = 7
-# Of windows side by side, left - 2 middle + right has six times the variance of one.
-OF_THREE = 6
-KNOWN = 0.02  # of the light's square; five times more where whole periods are seen
+# For adjacent windows, left - 2 middle + right has six times the variance of one.
+SECOND_DIFFERENCE_VARIANCE = 6
+MIN_EIGENVALUE_SHARE = 0.02  # of the squared light; whole periods give five times more
 
 
 class Scatter(NamedTuple):
-    """of_windows, of_one: variance of grey values, of means over windows and of single
-    pixels, over that of white noise as it was measured; drift: (N,) light of the steps
-    over its mean, less 1, 0 where it is not known; periods: RMS error of places by it.
+    """Hold the scatter of steps.
+
+    of_windows, of_one: variance of grey values, from means over windows and from single
+    pixels, over that of white noise; drift: (N,) light of the steps over its mean,
+    minus 1, 0 if unknown; periods: RMS position error by the drift.
     """
 
     of_windows: float
@@ -42,40 +42,42 @@ class Scatter(NamedTuple):
     periods: float
 
     def of(self, smooth):
-        """The variance of what places are read from."""
+        """Return the variance ratio of the values that give positions."""
         return self.of_windows if smooth else self.of_one
 
 
-def sine_taken_off(count):
-    """(N, N): takes the sine of the steps off their values at a pixel."""
+def sine_residuals(count):
+    """Return (N, N): the projection that removes a sinusoid from the steps."""
     steps = 2 * np.pi / count * np.arange(count)
     return np.eye(count) - (1 + 2 * np.cos(steps[:, None] - steps)) / count
 
 
-def scatter_of_steps(light, harmonics, variance):
-    """The Scatter of N steps of pixels.
+def step_scatter(light, harmonics, variance):
+    """Return the Scatter of N steps of pixels.
 
-    light: (N, P) of W windows of three side by side, P = W x 7 x 21 in this order;
-    harmonics: (C, P), what a response leaves; variance: (P,) of white noise.
+    light: (N, P) of W groups of three adjacent windows, P = W x 7 x 21 in this order;
+    harmonics: (C, P), residuals of a response; variance: (P,) of white noise.
     """
     count = len(light)
-    off = sine_taken_off(count)
+    residuals = sine_residuals(count)
     basis = np.linalg.qr(harmonics.T)[0]
     inner = light - (light @ basis) @ basis.T
-    share = _shares(off * (inner @ inner.T), light)
-    left = off @ (share[:, None] * light)
-    left = left - (left @ basis) @ basis.T
-    three = left.reshape(count, -1, WINDOW, 3, WINDOW)
+    share = _shares(residuals * (inner @ inner.T), light)
+    residual = residuals @ (share[:, None] * light)
+    residual = residual - (residual @ basis) @ basis.T
+    three = residual.reshape(count, -1, WINDOW, 3, WINDOW)
     means = three.mean(axis=(2, 4))
     bent = means[..., 0] - 2 * means[..., 1] + means[..., 2]
     degrees = chi2.median(count - 3)
-    due = variance.reshape(-1, WINDOW, 3, WINDOW).mean(axis=(1, 2, 3))
-    windows = np.sum(bent**2, axis=0) * WINDOW**2 / OF_THREE / due
-    pixels = np.sum(left**2, axis=0) / variance
+    expected = variance.reshape(-1, WINDOW, 3, WINDOW).mean(axis=(1, 2, 3))
+    windows = (
+        np.sum(bent**2, axis=0) * WINDOW**2 / SECOND_DIFFERENCE_VARIANCE / expected
+    )
+    pixels = np.sum(residual**2, axis=0) / variance
     pixels = pixels.reshape(-1, 3 * WINDOW**2).mean(axis=1)
     turn = np.exp(-2j * np.pi * np.arange(count) / count)
-    apart = (turn * share) @ light * np.conj(turn @ light)
-    periods = np.sqrt(np.mean((np.angle(apart) / (2 * np.pi)) ** 2))
+    product = (turn * share) @ light * np.conj(turn @ light)
+    periods = np.sqrt(np.mean((np.angle(product) / (2 * np.pi)) ** 2))
     return Scatter(
         float(np.median(windows) / degrees),
         float(np.median(pixels) / (count - 3)),
@@ -85,36 +87,37 @@ def scatter_of_steps(light, harmonics, variance):
 
 
 def _shares(form, light):
-    """(N,) 1 / (1 + g_j) as the form has them, if it does; 1 where less than a period
-    is seen, and the steps' own light is much like what a response leaves."""
+    """Return (N,) 1 / (1 + g_j) from the form; 1 if less than a period is visible.
+
+    In that case the light of the steps resembles the residuals of a response.
+    """
     sizes, vectors = np.linalg.eigh(form)
     share = vectors[:, 0] / vectors[:, 0].mean()
-    if sizes[1] < KNOWN * np.mean(light**2) * light.shape[1]:
+    if sizes[1] < MIN_EIGENVALUE_SHARE * np.mean(light**2) * light.shape[1]:
         return np.ones(len(light))
     return share
 
 
-PIXELS, WINDOWS = 12_000, 800  # looked at
-MIN_PIXELS = 1000
-SMOOTH_TURN = 0.5  # of the cosine: neighbours further apart lie across a break
-CLIPPED = 4  # deviations: what is further off is left out of a second fit
-OF_MEDIAN = 0.4549364  # the median of the square of a normal value
-# Standard deviations of what was fitted: noise reaches a shift of 8 by exp(-32). What a
-# response leaves and no column describes is a few.
-SURE = 8
-AS_WELL = 0.98  # of what the best one explains: it may be that one
-# Harmonics of powers; those of curves like an S as well, for means over windows.
-LARGEST, LARGE = (2,), (2, 3)
+N_PIXELS, N_WINDOWS = 12_000, 800  # of the sample
+MIN_N_PIXELS = 1000
+MIN_NEIGHBOUR_COSINE = 0.5  # between neighbouring phases; below it there is a break
+CLIP_SIGMAS = 4  # standard deviations; outliers are excluded from a second fit
+MEDIAN_OF_SQUARE = 0.4549364  # the median of the square of a normal value
+# Standard deviations of the fitted change: noise exceeds 8 with exp(-32). Unmodelled
+# residuals of a response have a few.
+MIN_SIGMAS = 8
+TIE_RATIO = 0.98  # of the best explained variance: alternatives that are as likely
+# Harmonics of powers; for means over windows also those of S-shaped curves.
+PIXEL_ORDERS, WINDOW_ORDERS = (2,), (2, 3)
 LIGHT, MOTION = "light", "motion"
 
 
 class Mismatch(NamedTuple):
-    """One image against the other steps of its axis.
+    """Hold the inconsistency of one image with the other steps of its axis.
 
-    kind: LIGHT, MOTION, or "" where neither is certain; images: which one, or those
-    of which it is one; size: light over that of the others less 1, or length of the
-    shift in px. periods: RMS of the error of places by it. scatter: what is left of all
-    steps, None of too small a surface.
+    kind: LIGHT, MOTION, or "" if neither is certain; images: the image, or the
+    candidates; size: relative light minus 1, or length of the shift in px; periods: RMS
+    position error; scatter: of the residuals of all steps, None for small surfaces.
     """
 
     kind: str
@@ -125,8 +128,11 @@ class Mismatch(NamedTuple):
 
 
 class _Pixels(NamedTuple):
-    """P pixels of an axis' N steps: light (N, P), mean (P,), wave (P,) complex, their
-    slopes (2, P) along x and y; at: (2, P), from -1 to 1."""
+    """Hold P pixels of an axis' N steps.
+
+    light: (N, P); mean: (P,); wave: (P,) complex; their slopes (2, P) along x and y;
+    at: (2, P), image positions from -1 to 1.
+    """
 
     light: np.ndarray
     mean: np.ndarray
@@ -137,28 +143,32 @@ class _Pixels(NamedTuple):
 
     @property
     def spare(self):
-        """Variance of `left`, in that of a grey value."""
+        """Return the variance of `residual` over that of a grey value."""
         return len(self.light) / (len(self.light) - 3)
 
-    def left(self, k):
-        """Of step k, what was done to it if nothing was to the others; and what a
-        change of its light by 1, and shifts by 1 px along x and y would be: (P,),
-        (3, P)."""
+    def residual(self, k):
+        """Return the change (P,) of step k if the others are right, and derivatives.
+
+        Derivatives (3, P): with respect to its light, and to shifts along x and y.
+        """
         turn = np.exp(2j * np.pi * k / len(self.light))
         slopes = self.of_mean + (self.of_wave * turn).imag
         fitted = self.mean + (self.wave * turn).imag
         return (self.light[k] - fitted) * self.spare, np.stack([fitted, *slopes])
 
-    def turned(self, k, change):
-        """Periods by which a change of step k turns the phase."""
+    def phase_shift(self, k, change):
+        """Return the shift of the phase in periods by a change of step k."""
         count = len(self.light)
         own = self.wave * np.exp(2j * np.pi * k / count)
         return 2 / count * change * own.real / (np.abs(own) ** 2 + 1e-6) / (2 * np.pi)
 
 
 class _Fit(NamedTuple):
-    """A kind of change of step k: what it explains of the variance, coefficients, and
-    how many standard deviations all of them are from none."""
+    """Hold a change of step k.
+
+    explained: variance that it explains; found: coefficients; certain: their distance
+    from zero in standard deviations.
+    """
 
     explained: float
     kind: str
@@ -168,7 +178,7 @@ class _Fit(NamedTuple):
 
 
 def mismatch(sample, axis, noise):
-    """The Mismatch of four steps or more of an axis of a Sample, else None.
+    """Return the Mismatch of the steps of an axis of a Sample, None below four steps.
 
     noise: a Noise.
     """
@@ -180,12 +190,12 @@ def mismatch(sample, axis, noise):
     light = sample.images[list(steps)]
     one_surface = _on_one_surface(light, wave, sample.lit)
     found = np.argwhere(one_surface)
-    if len(found) < MIN_PIXELS:
+    if len(found) < MIN_N_PIXELS:
         return None
-    some = found[:: -(-len(found) // PIXELS)].T
+    some = found[:: -(-len(found) // N_PIXELS)].T
     usual = float(np.median(np.abs(wave[tuple(some)])))
     pixels = _pixels(light, wave, mean, some)
-    harmonics = _harmonics(pixels, usual, LARGEST, pixels.at)
+    harmonics = _harmonics(pixels, usual, PIXEL_ORDERS, pixels.at)
     variance = noise.at(pixels.mean).mean() * pixels.spare
     fits = [
         fit for k in range(len(steps)) for fit in _fits(pixels, k, harmonics, variance)
@@ -193,31 +203,31 @@ def mismatch(sample, axis, noise):
     best = max(fits, key=lambda fit: fit.explained)
     alike = [fit for fit in fits if fit.kind == best.kind]
     names = tuple(
-        steps[fit.k] for fit in alike if fit.explained > AS_WELL * best.explained
+        steps[fit.k] for fit in alike if fit.explained > TIE_RATIO * best.explained
     )
-    if best.certain < SURE:
+    if best.certain < MIN_SIGMAS:
         best = best._replace(kind="", found=0 * best.found)
-    change = best.found @ pixels.left(best.k)[1]
-    periods = np.sqrt(np.mean(pixels.turned(best.k, change) ** 2))
+    change = best.found @ pixels.residual(best.k)[1]
+    periods = np.sqrt(np.mean(pixels.phase_shift(best.k, change) ** 2))
     scatter, windows = None, _windows(one_surface)
     if windows[0].size:
         windows = _pixels(light, wave, mean, windows)
         x, y = windows.at
-        every = _harmonics(windows, usual, LARGE, [x, y, x * x, x * y, y * y])
-        scatter = scatter_of_steps(windows.light, every, noise.at(windows.mean))
+        every = _harmonics(windows, usual, WINDOW_ORDERS, [x, y, x * x, x * y, y * y])
+        scatter = step_scatter(windows.light, every, noise.at(windows.mean))
     size = float(np.hypot(*best.found[1:]))
     if best.kind == LIGHT:
-        # The fitted step has its share of the change.
+        # The fitted sinusoid contains its share of the change.
         size = float(best.found[0] / (1 - (1 - 1 / pixels.spare) * best.found[0]))
     return Mismatch(best.kind, names, size, float(periods), scatter)
 
 
 def _windows(one_surface):
-    """(band, row, column) of pixels of some windows, three side by side each time."""
+    """Return (band, row, column) of pixels of groups of three adjacent windows."""
     three = one_surface[..., : -2 * WINDOW] & one_surface[..., 2 * WINDOW :]
     three &= one_surface[..., WINDOW:-WINDOW]
     middle = np.argwhere(three) + [0, 0, WINDOW]
-    n, v, u = middle[:: 1 + len(middle) // WINDOWS].T[..., None, None]
+    n, v, u = middle[:: 1 + len(middle) // N_WINDOWS].T[..., None, None]
     down, across = (np.arange(m * WINDOW) - m * WINDOW // 2 for m in (1, 3))
     return [
         part.ravel() for part in np.broadcast_arrays(n, v + down[:, None], u + across)
@@ -225,11 +235,11 @@ def _windows(one_surface):
 
 
 def _on_one_surface(light, wave, lit):
-    """Lit pixels amid a window without a break, a clipped value or a band's border."""
+    """Return lit pixels in a window without breaks, clipped values and borders."""
     unit = wave / np.maximum(np.abs(wave), 1e-6)
     good = lit & (light.max(axis=0) < light.max())
-    right = (unit[..., 1:] * unit[..., :-1].conj()).real > SMOOTH_TURN
-    down = (unit[:, 1:] * unit[:, :-1].conj()).real > SMOOTH_TURN
+    right = (unit[..., 1:] * unit[..., :-1].conj()).real > MIN_NEIGHBOUR_COSINE
+    down = (unit[:, 1:] * unit[:, :-1].conj()).real > MIN_NEIGHBOUR_COSINE
     good[..., 1:] &= right
     good[:, 1:] &= down
     size = np.ones((WINDOW + 2,) * 2, np.uint8)
@@ -238,7 +248,7 @@ def _on_one_surface(light, wave, lit):
 
 
 def _pixels(light, wave, mean, where):
-    """_Pixels at (band, row, column) of bands."""
+    """Return _Pixels at (band, row, column) of bands."""
     n, v, u = where
     rows, width = wave.shape[1:]
     right, down = np.minimum(u + 1, width - 1), np.minimum(v + 1, rows - 1)
@@ -257,32 +267,31 @@ def _pixels(light, wave, mean, where):
 
 
 def _harmonics(pixels, usual, large, across):
-    """(C, P): what even a smooth response leaves of N steps.
+    """Return (C, P): the residuals that a smooth response leaves of N steps.
 
-    The response's curve follows from modulation and mean, which scattered light and the
-    angle at which a facet shows the monitor change one by one; the monitor's own curve
-    changes with the angle, and so with the place in the image. large: the orders of
-    which all that is looked for; blur leaves less of them the finer they are seen.
-    across: how they may change with the place.
+    The response's curve depends on modulation and mean, which scattered light and the
+    viewing angle of a facet change independently. The monitor's own curve depends on
+    the angle, and so on the image position. large: orders with all these dependencies;
+    blur attenuates higher orders. across: dependence on the image position.
     """
     count = len(pixels.light)
     modulation = np.abs(pixels.wave)
     unit = pixels.wave / np.maximum(modulation, 1e-6)
     size, level = modulation / usual, pixels.mean / usual
-    places = [1.0, size, level, size**2, size * level, level**2, *across]
+    factors = [1.0, size, level, size**2, size * level, level**2, *across]
     columns = []
-    # Others are taken for the level or the phase itself.
+    # Other orders alias to the level or to the phase itself.
     orders = [n for n in range(2, count + 3) if 1 < n % count < count - 1]
     for order in orders:
-        for place in places if order in large else places[:2]:
-            value = modulation * place * unit**order
+        for factor in factors if order in large else factors[:2]:
+            value = modulation * factor * unit**order
             columns += [value.real, value.imag]
     return np.array(columns)
 
 
 def _fits(pixels, k, harmonics, variance):
-    """The change of light and the shift of step k that leave least."""
-    value, changes = pixels.left(k)
+    """Yield the change of light and the shift of step k with the least residual."""
+    value, changes = pixels.residual(k)
     without, _, _ = _clipped_fit(value, harmonics)
     for kind, used in (LIGHT, [0]), (MOTION, [1, 2]):
         columns = np.concatenate([changes[used], harmonics])
@@ -296,8 +305,11 @@ def _fits(pixels, k, harmonics, variance):
 
 
 def _clipped_fit(value, columns):
-    """The variance that least squares leave, coefficients, and their covariance for
-    values of variance 1; values that are far off do not count in a second fit."""
+    """Return residual variance, coefficients, and their covariance at unit variance.
+
+    Outliers are excluded from a second fit.
+    """
+
     kept = np.ones(len(value), bool)
     for _ in range(2):
         scale = np.sqrt(np.mean(columns**2, axis=1)) + 1e-9
@@ -305,7 +317,7 @@ def _clipped_fit(value, columns):
         normal = basis @ basis.T + 1e-9 * len(value) * np.eye(len(scale))
         inverse = np.linalg.inv(normal)
         found = inverse @ (basis @ value[kept]) / scale
-        off = value - found @ columns
-        usual = np.median(off**2) / OF_MEDIAN
-        kept = off**2 < CLIPPED**2 * usual
+        residuals = value - found @ columns
+        usual = np.median(residuals**2) / MEDIAN_OF_SQUARE
+        kept = residuals**2 < CLIP_SIGMAS**2 * usual
     return usual, found, inverse / np.outer(scale, scale)
