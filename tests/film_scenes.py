@@ -12,7 +12,7 @@ from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.geometry.spline_grids import spline_grid
-from raxel.lab.set_rendering import photograph_board
+from raxel.lab.set_rendering import render_board
 
 MOST_MM = 3.0  # the board is seen up to this deflection
 
@@ -45,7 +45,7 @@ class MirrorScene(NamedTuple):
         camera = self.rig.camera(deflection)
         seed = round(1000 * deflection)
         rngs = (np.random.default_rng([seed, k]) for k in range(2))
-        picture = photograph_board(
+        picture = render_board(
             replace(self.rig.rig, camera=camera), self.T_camera_board, *rngs
         )
         pixels, seen = self.rig.corners(camera, self.T_camera_board)

@@ -13,7 +13,7 @@ import yaml
 from chapters.shared.mirror.images import platter_camera, platter_image
 from chapters.shared.mirror.rigs import BACK_PROJECTION_MM, DYNAMIC_MM
 from raxel.io.files import write_json, write_whole
-from raxel.lab.set_rendering import photograph_board, render_set, write_picture
+from raxel.lab.set_rendering import render_board, render_set, write_image
 from raxel.lab.target_poses import DrawnPoses, Visibility
 from raxel.sets import Chessboard, ImageSet, View, write_set
 from raxel.sets.mirror_set import DESCRIPTION
@@ -93,7 +93,7 @@ def _write_plate(rig, platter, folder, seed):
     names = [f"{name}.png" for name in rig.monitor.poses.names]
     for k, name in enumerate(names):
         rng = np.random.default_rng([seed, PLATE, k])
-        write_picture(folder / name, platter_image(rig, platter, rng))
+        write_image(folder / name, platter_image(rig, platter, rng))
     _write_boards(rig, "plate", platter.board, names, folder)
 
 
@@ -113,8 +113,8 @@ def _write_stages(rig, cameras, deflections, folder, seed):
         }
         for name, (camera, T) in taken.items():
             noise = np.random.default_rng([seed, STEPS, len(poses)])
-            picture = photograph_board(replace(rig.rig, camera=camera), T, noise, noise)
-            write_picture(folder / name, picture)
+            picture = render_board(replace(rig.rig, camera=camera), T, noise, noise)
+            write_image(folder / name, picture)
             poses[name] = T.tolist()
         before, after, evaluate = taken
         moved = float(pair[1] - pair[0])

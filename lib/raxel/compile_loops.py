@@ -40,13 +40,7 @@ from raxel.geometry import (
 )
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
 from raxel.multiview.views import remap_to_plane
-from raxel.sets import (
-    ActiveGrid,
-    Chessboard,
-    pattern_picture,
-    patterns_of,
-    plan_of_cells,
-)
+from raxel.sets import ActiveGrid, Chessboard, pattern_image, patterns_of, plan_of_cells
 
 BOARD = Chessboard(columns=7, rows=5, pitch_mm=20.0)
 CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 2)
@@ -67,7 +61,7 @@ def compile_loops():
     scene, optics = board_scene(BOARD, T_camera_board), Optics(blur_sd_px=(0.8, 0.8))
     for well in (10_000, 100_000):
         laboratory = Laboratory(CAMERA, Sensor(0.8 * well, well), optics)
-        image = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+        image = laboratory.render(scene, np.eye(4), np.random.default_rng(0))
     points = on_plane(BOARD.points())
     true = CAMERA.project(transform(T_camera_board, points)).pixels
     clicks = true.reshape(BOARD.rows, BOARD.columns, 2)[[0, 0, -1, -1], [0, -1, -1, 0]]
@@ -76,7 +70,7 @@ def compile_loops():
     celect(image, clicks, BOARD.columns, BOARD.rows)
     find_board(image)
     patterns = patterns_of(plan_of_cells(MONITOR_PX, cells=4, phase_steps=4))
-    shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
+    shown = [pattern_image(pattern, MONITOR_PX) for pattern in patterns]
     for depth in (np.uint8, np.uint16):
         images = np.array(shown, depth)
         grid = ActiveGrid(MONITOR_PX)

@@ -142,7 +142,7 @@ def image_trial(condition, rng):
     """Render the room, unwrap the image, detect its uprights."""
     lab = simulator(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
-    image = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
+    image = lab.render(room(), T_world_camera(camera), rng, colour=True)
     unwrapped = resample(image, source_pixels(camera, view))
     row, columns = through_the_mirror(camera, view)
     return {

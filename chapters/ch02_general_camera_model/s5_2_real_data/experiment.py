@@ -128,7 +128,7 @@ def render_board(zoom, T_camera_grid, rng):
     """Render one image of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
     scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
-    return simulator_of(zoom).photograph(scene, np.eye(4), rng)
+    return simulator_of(zoom).render(scene, np.eye(4), rng)
 
 
 def find(zoom, image):

@@ -28,7 +28,7 @@ from raxel.sets import (
     ActiveGrid,
     Pattern,
     PatternPlan,
-    pattern_picture,
+    pattern_image,
     patterns_of,
     plan_of_cells,
 )
@@ -52,7 +52,7 @@ STRIP_ROWS = 8
 def displayed(plan, monitor_px):
     """(patterns, images (n, H, W) uint16) as sent to the monitor."""
     patterns = patterns_of(plan)
-    images = [pattern_picture(p, monitor_px) for p in patterns]
+    images = [pattern_image(p, monitor_px) for p in patterns]
     return patterns, np.array(images).astype(np.uint16)
 
 

@@ -14,7 +14,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.scenes import (
     EXPOSURES,
     SHARES,
 )
-from raxel.sets import pattern_picture, patterns_of, plan_of_cells
+from raxel.sets import pattern_image, patterns_of, plan_of_cells
 from repro.page import new_figure, series, value
 from repro.run import (
     FAILS,
@@ -120,7 +120,7 @@ def fig_3_8(results):
         cell.axis("off")
     for panel, row, group in (("a", axes[0], binary), ("b", axes[1], sines)):
         for cell, pattern in zip(row, group, strict=False):
-            image = pattern_picture(pattern, SHOWN_PX)
+            image = pattern_image(pattern, SHOWN_PX)
             cell.imshow(image, cmap="gray", vmin=0, vmax=255)
             name = (
                 f"bit {pattern.bit}" + ("\ninverse" if pattern.inverse else "")

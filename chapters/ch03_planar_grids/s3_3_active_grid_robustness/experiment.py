@@ -18,7 +18,7 @@ from raxel.geometry import (
     rotation_from_vector,
 )
 from raxel.io import read_json
-from raxel.lab import bloom, photograph_patterns, points_seen
+from raxel.lab import bloom, points_seen, render_patterns
 from raxel.sets import load_set, read_image
 from repro.run.rendered import rendered_set
 
@@ -202,7 +202,7 @@ def degraded(stacks, condition, rng):
 
 def patterns_taken(rig, T, seed):
     """Render the active grid at T_camera_target: (patterns, their images)."""
-    views = photograph_patterns(rig, T, seed)
+    views = render_patterns(rig, T, seed)
     # White, black and chessboard have names of type str.
     taken = [(what, one) for what, one in views if not isinstance(what, str)]
     return tuple(zip(*taken, strict=True))

@@ -32,7 +32,7 @@ from raxel.geometry import (
 )
 from raxel.lab import room
 from raxel.multiview import perspective_view, remap_to_plane, resample, source_pixels
-from raxel.sets import chessboard_picture, pattern_picture, patterns_of
+from raxel.sets import chessboard_image, pattern_image, patterns_of
 from repro.run import columns
 
 # The active grid of Table 3.8, near and far, with each of the decoder's filters.
@@ -303,7 +303,7 @@ def localised_in_patches(camera, start, condition, rng):
     half = max(windows) // 2 + int(np.ceil(3 * max(blurs)))
     side = 2 * half + 1
     target = camera.rig.target
-    shown = chessboard_picture(target.chessboard, target.monitor_px)[None]
+    shown = chessboard_image(target.chessboard, target.monitor_px)[None]
     drawn = without_raster if condition["case"] == NO_RASTER else rastered
     light = [light_of_patch(camera, shown, pixel, half, drawn)[0] for pixel in start]
     across = int(np.ceil(np.sqrt(len(start))))
@@ -325,7 +325,7 @@ def decoded_in_patches(camera, start, metric, rng):
     patterns = patterns_of(rig.patterns)
     size = rig.target.monitor_px
     even = [np.full(size[::-1], value, np.uint8) for value in (255, 0)]
-    shown = np.array([*(pattern_picture(p, size) for p in patterns), *even])
+    shown = np.array([*(pattern_image(p, size) for p in patterns), *even])
     searches = {"four nearest pixels": at_four_pixels, "local fit": by_local_fit}
     found = {name: [] for name in searches}
     for pixel, place in zip(start, metric, strict=True):

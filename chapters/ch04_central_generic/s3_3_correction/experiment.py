@@ -422,7 +422,7 @@ def images_trial(condition, rng):
     laboratory = rig_named(rig).laboratory()
     out = {}
     for frame, turn in enumerate(TURNS_DEG[:VIEWS]):
-        image = laboratory.photograph(room(), T_world_camera(name, folder, turn), rng)
+        image = laboratory.render(room(), T_world_camera(name, folder, turn), rng)
         out[f"frame_{frame}"] = shrunk(image, 480)
         for method, one in found.items():
             if not isinstance(one, str):

@@ -58,9 +58,9 @@ from raxel.lab import bands as bands_of
 from raxel.lab import (
     mirror_window,
     outline_of,
-    photograph_board,
-    photograph_patterns,
     points_seen,
+    render_board,
+    render_patterns,
     window_around,
     windowed,
 )
@@ -177,8 +177,8 @@ def viewer_image(rig, rng):
         pixels, valid = viewer.project(outline)
         if np.all(valid & viewer.in_image(pixels)):
             window = window_around(viewer, pixels)
-            return photograph_board(windowed(taken, window), T, rng, rng), window
-    raise RuntimeError(f"rig {rig.name}: no pose of {TRIES} shows the board")
+            return render_board(windowed(taken, window), T, rng, rng), window
+    raise RuntimeError(f"geometry {rig.name}: no pose of {TRIES} shows the board")
 
 
 def whole_board(image, window, board, name):
@@ -204,7 +204,7 @@ def decoded(scene, camera, window, count, place, rng):
     parts = bands_of(window, count, BAND_PX)
     for part, band in enumerate(parts):
         taken = windowed(replace(rig.monitor, camera=camera), band)
-        exposures = dict(photograph_patterns(taken, T, [seed, part]))
+        exposures = dict(render_patterns(taken, T, [seed, part]))
         levels = {"white": exposures.pop(WHITE), "black": exposures.pop(BLACK)}
         images = np.array(list(exposures.values()))
         found = decode(images, list(exposures), taken.target, linear=True, **levels)

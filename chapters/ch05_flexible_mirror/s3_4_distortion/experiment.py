@@ -125,7 +125,7 @@ def photographed(rig, camera, T_camera_board, rng, window):
         light=light,
         **taken.radiances,
     )
-    return taken.laboratory().photograph(scene, np.eye(4), rng)
+    return taken.laboratory().render(scene, np.eye(4), rng)
 
 
 class RingEdges(NamedTuple):
@@ -656,7 +656,7 @@ def face_image_trial(condition, rng, errors, sizes):
     camera = scene.small.camera(STEPS_MM[-1], **scene.uneven)
     T_bust, T_plane = placed_bust(scene.rig, scene.seed)
     laboratory = replace(scene.small.rig, camera=camera).laboratory()
-    image = laboratory.photograph(BUST.scene(T_bust), np.eye(4), rng)
+    image = laboratory.render(BUST.scene(T_bust), np.eye(4), rng)
     found = camera
     if sizes.calibrated:
         try:

@@ -493,7 +493,7 @@ def taken_images(rig, camera, margin_px, rng):
         corners = transform(one, np.concatenate([face.corners() for face in faces()]))
         window = window_around(camera, camera.project(corners).pixels, margin_px)
         taken = windowed(replace(rig.rig, camera=camera), window).laboratory()
-        images.append(taken.photograph(tin_scene(one), np.eye(4), rng))
+        images.append(taken.render(tin_scene(one), np.eye(4), rng))
         first.append([window.u, window.v])
     first, found = np.array(first, float), match_features(*images)
     found = found._replace(pixels=found.pixels + first[:, None])

@@ -27,7 +27,7 @@ from raxel.errors import CalibrationError
 from raxel.evaluation import angular_residual, evaluate_camera, scoring_grid
 from raxel.features import read_boards
 from raxel.geometry import nearest_rotation, pose, rotation_from_vector
-from raxel.lab import Visibility, facade, photograph_board
+from raxel.lab import Visibility, facade, render_board
 from raxel.multiview import perspective_view, resample, share_seen, source_pixels
 from raxel.sets import Chessboard, ImageSet, View, load_set, write_set
 
@@ -178,7 +178,7 @@ def board_image(size, view, rng):
     again = [k * len(places) // size.kept_out for k in range(size.kept_out)]
     place = [*places, *(places[k] for k in again)][view]
     T = held_at(rig, place, rng)
-    image = photograph_board(rig, T, rng, np.random.default_rng(0))
+    image = render_board(rig, T, rng, np.random.default_rng(0))
     return {"png": cv2.imencode(".png", image)[1].ravel()}
 
 
@@ -297,7 +297,7 @@ def calibrate(size, images, found):
 
 def look_through(size, images, calibrated, rng):
     """Run `raxel undistort`; return it with a street through the same pinhole."""
-    street = rig_of(size).laboratory().photograph(facade(), T_world_camera(), rng)
+    street = rig_of(size).laboratory().render(facade(), T_world_camera(), rng)
     with desk(size, images, camera=calibrated):
         output = {"undistort": typed(UNDISTORT)}
         camera = load_camera("camera.npz")

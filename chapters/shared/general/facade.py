@@ -28,7 +28,7 @@ def T_world_camera():
 def facade_image(rng):
     """Render the image that the camera of set 2 records of the front, uint8."""
     laboratory = rig_of(FACADE_ZOOM).laboratory()
-    return laboratory.photograph(facade(), T_world_camera(), rng)
+    return laboratory.render(facade(), T_world_camera(), rng)
 
 
 @cache

@@ -24,9 +24,9 @@ from raxel.lab import (
     board_scene,
     mirror_window,
     monitor_scene,
-    photograph_board,
-    photograph_patterns,
     points_seen,
+    render_board,
+    render_patterns,
     window_around,
     windowed,
 )
@@ -94,7 +94,7 @@ def board_image(rig, camera, T_camera_board, rng):
     """The `MirroredBoard` of a board of a `MirrorRig` by one of its cameras."""
     window = mirror_window(camera)
     taken = windowed(replace(rig.rig, camera=camera), window)
-    return MirroredBoard(photograph_board(taken, T_camera_board, rng, rng), window)
+    return MirroredBoard(render_board(taken, T_camera_board, rng, rng), window)
 
 
 def grid_image(rig, camera, T_camera_monitor, seed, window=None):
@@ -106,7 +106,7 @@ def grid_image(rig, camera, T_camera_monitor, seed, window=None):
     """
     window = mirror_window(camera) if window is None else window
     taken = windowed(replace(rig.monitor, camera=camera), window)
-    exposures = dict(photograph_patterns(taken, T_camera_monitor, seed))
+    exposures = dict(render_patterns(taken, T_camera_monitor, seed))
     white, black = exposures.pop(WHITE), exposures.pop(BLACK)
     target = taken.target
     images = np.array(list(exposures.values()))
@@ -127,7 +127,7 @@ def scene_image(rig, camera, scene, T_world_camera, rng):
     fills the image."""
     window = mirror_window(rig.camera(0.0))
     taken = windowed(replace(rig.rig, camera=camera), window)
-    return taken.laboratory().photograph(scene, T_world_camera, rng)
+    return taken.laboratory().render(scene, T_world_camera, rng)
 
 
 def platter_camera(rig, platter):

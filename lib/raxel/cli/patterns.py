@@ -6,7 +6,7 @@ from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
 from raxel.report.canvas import encoded
 from raxel.report.images import pattern_sheet
-from raxel.sets import chessboard_picture, pattern_picture, patterns_of, plan_of_cells
+from raxel.sets import chessboard_image, pattern_image, patterns_of, plan_of_cells
 from raxel.sets.image_set import set_text
 from raxel.sets.model import DESCRIPTION, ActiveGrid, ImageSet, View
 from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, chessboard_of_corners
@@ -38,14 +38,14 @@ def patterns(options, say):
     grid = ActiveGrid(size, options.size_mm and tuple(options.size_mm), board)
     with new_folder(options.out) as folder:
         for pattern in shown:
-            picture = pattern_picture(pattern, size)
+            picture = pattern_image(pattern, size)
             (folder / pattern.image).write_bytes(encoded(picture, ".png"))
             say(pattern.image)
         for name, level in ((WHITE, 255), (BLACK, 0)):
             picture[:] = level
             (folder / name).write_bytes(encoded(picture, ".png"))
         if board:
-            picture = chessboard_picture(board, size)
+            picture = chessboard_image(board, size)
             (folder / CHESSBOARD).write_bytes(encoded(picture, ".png"))
         sheet = encoded(pattern_sheet(shown, size), ".png")
         (folder / PREVIEW).write_bytes(sheet)

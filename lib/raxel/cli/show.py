@@ -80,10 +80,10 @@ def _scene(options, out, say):
 
 
 def _write(out, scene, title):
-    from raxel.show import html, picture
+    from raxel.show import html, png
 
     if out.suffix.lower() == ".png":
-        content = picture(scene)
+        content = png(scene)
     else:
         content = html(scene, title).encode()
     with replacing(out) as temporary:

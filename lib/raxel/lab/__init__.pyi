@@ -28,9 +28,9 @@ from .set_rendering import grey_of as grey_of
 from .set_rendering import light_of_board as light_of_board
 from .set_rendering import light_of_room as light_of_room
 from .set_rendering import mirror_in_view as mirror_in_view
-from .set_rendering import photograph_board as photograph_board
-from .set_rendering import photograph_patterns as photograph_patterns
 from .set_rendering import points_seen as points_seen
+from .set_rendering import render_board as render_board
+from .set_rendering import render_patterns as render_patterns
 from .set_rendering import render_set as render_set
 from .set_rendering import saved as saved
 from .set_rendering import window_of as window_of

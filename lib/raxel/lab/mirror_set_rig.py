@@ -26,7 +26,7 @@ from raxel.io.documents import read_yaml, validate
 from raxel.io.files import check_can_be_written, write_json, write_whole
 from raxel.lab.rig import Laboratory, Rig, load_rig
 from raxel.lab.scenes import board_scene
-from raxel.lab.set_rendering import TRUTH, photograph_board, render_set, write_picture
+from raxel.lab.set_rendering import TRUTH, render_board, render_set, write_image
 from raxel.lab.surfaces import Disc, Rectangle
 from raxel.lab.target_poses import AroundPoses, ListedPoses, Visibility, outline_of
 from raxel.lab.textures import Plain
@@ -75,7 +75,7 @@ def camera_in_platter(viewer, ring, T_camera_board):
     return PlanarMirrorsCamera(viewer, [T, T], [half, -half])
 
 
-def photograph_plate(rig, ring, T_camera_board, rng):
+def render_plate(rig, ring, T_camera_board, rng):
     """The image (H, W) of the board with the ring, which shows a dark room.
 
     rig: a Rig of a central camera before the board; ring: PlatterRing; T_camera_board:
@@ -378,7 +378,7 @@ def _write_primary(rig, camera, folder, seed, say):
     files = [f"{name}.png" for name in names]
     for k, name in enumerate(files, 1):
         rng = np.random.default_rng([seed, PLATE, k])
-        write_picture(plate / name, photograph_plate(rig.plate, rig.ring, T, rng))
+        write_image(plate / name, render_plate(rig.plate, rig.ring, T, rng))
     _write_boards(rig.plate, files, plate)
 
 
@@ -394,7 +394,7 @@ def _write_steps(rig, cameras, folder, seed, say):
             noise = np.random.default_rng([seed, STEPS, k, len(poses) + 1])
             specimen = np.random.default_rng([seed, SPECIMEN])
             taken = replace(rig.steps, camera=camera)
-            write_picture(folder / name, photograph_board(taken, T, noise, specimen))
+            write_image(folder / name, render_board(taken, T, noise, specimen))
             poses[name] = T.tolist()
         moved = np.subtract(rig.stages[k], rig.stages[k - 1])
         # Of several loads no one number says how far the mirror was moved.

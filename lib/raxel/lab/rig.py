@@ -605,7 +605,7 @@ class Laboratory:
     >>> camera = PerspectiveCamera(K, [], 32, 24)
     >>> laboratory = Laboratory(camera, Sensor(white_e=1e4, full_well_e=1e4))
     >>> scene = TexturedScene((), background=0.5)
-    >>> image = laboratory.photograph(scene, np.eye(4), np.random.default_rng(0))
+    >>> image = laboratory.render(scene, np.eye(4), np.random.default_rng(0))
     >>> image.shape, image.dtype.name
     ((24, 32), 'uint8')
     """
@@ -614,7 +614,7 @@ class Laboratory:
     sensor: Sensor
     optics: Optics = field(default_factory=Optics)
 
-    def photograph(
+    def render(
         self,
         scene: TexturedScene,
         T_world_camera: ArrayLike,

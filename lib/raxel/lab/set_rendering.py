@@ -52,7 +52,7 @@ MARGIN_PX = 16
 RAY_STEP = 8
 
 
-def photograph_board(
+def render_board(
     rig: Rig,
     T_camera_board: NDArray[np.float64],
     rng: np.random.Generator,
@@ -77,7 +77,7 @@ def photograph_board(
         Red, green, blue where the rig is coloured, else grey.
     """
     if rig.light == Lighting() and rig.blemishes == Blemishes():
-        return _plain_photograph(rig, T_camera_board, rng)
+        return _render_plain(rig, T_camera_board, rng)
     return saved(rig, light_of_board(rig, T_camera_board, rng), rng, specimen)
 
 
@@ -152,12 +152,12 @@ def saved(
     irradiance : (H, W) or (H, W, 3) array
         Light on the sensor.
     rng, specimen : numpy.random.Generator
-        As in `photograph_board`.
+        As in `render_board`.
 
     Returns
     -------
     (H, W) or (H, W, 3) uint8 or uint16 array
-        As from `photograph_board`.
+        As from `render_board`.
     """
     mirror = mirror_in_view(rig.camera)
     whole = rig.blemishes.apply(irradiance, mirror, specimen, rng)
@@ -166,11 +166,11 @@ def saved(
     return rig.sensor.expose(whole, rng, colour=whole.ndim == 3)
 
 
-def _plain_photograph(rig, T_camera_board, rng):
+def _render_plain(rig, T_camera_board, rng):
     """An image in even light through clean glass, with every ray traced."""
     scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
     colour = rig.sensor.bayer is not None
-    return rig.laboratory().photograph(scene, np.eye(4), rng, colour=colour)
+    return rig.laboratory().render(scene, np.eye(4), rng, colour=colour)
 
 
 def grey_of(image: np.ndarray) -> np.ndarray:
@@ -327,7 +327,7 @@ NEAR = 1e-3
 BOARD = 1 << 16
 
 
-def photograph_patterns(
+def render_patterns(
     rig: Rig, T_camera_target: NDArray[np.float64], seed: Sequence[int]
 ) -> Iterator[tuple[str | Pattern, np.ndarray]]:
     """Yield all images of an active grid for one pose of the monitor.
@@ -357,13 +357,13 @@ def photograph_patterns(
         yield what, laboratory.develop(radiance, rng)
 
 
-def photograph_chessboard(rig, T_camera_target, seed):
+def render_chessboard(rig, T_camera_target, seed):
     """The image of the chessboard that the rig's monitor shows in the same pose."""
     target, size = rig.target, (rig.target.monitor_px, rig.target.monitor_mm)
     board = MonitorBoard(*size, target.chessboard, rig.monitor.radiance)
     scene = monitor_scene(target, T_camera_target, board, **rig.radiances)
     rng = np.random.default_rng([*seed, BOARD])
-    return rig.laboratory().photograph(scene, np.eye(4), rng)
+    return rig.laboratory().render(scene, np.eye(4), rng)
 
 
 def points_seen(
@@ -469,7 +469,7 @@ def render_set(
     return load_set(out)
 
 
-def write_picture(path, image):
+def write_image(path, image):
     """An image (H, W) or (H, W, 3), red, green, blue, as PNG."""
     import cv2
 
@@ -481,24 +481,24 @@ def write_picture(path, image):
 def _board_view(rig, T_camera_target, index, use, folder, seed):
     rng = np.random.default_rng([seed, NOISE, index])
     specimen = np.random.default_rng([seed, SPECIMEN])
-    image = photograph_board(rig, T_camera_target, rng, specimen)
+    image = render_board(rig, T_camera_target, rng, specimen)
     name = f"view-{index:03d}.png"
-    write_picture(folder / name, image)
+    write_image(folder / name, image)
     return View(image=name, use=use)
 
 
 def _monitor_view(rig, T_camera_target, index, use, folder, seed):
     name = rig.view_name(index)
     (folder / name).mkdir()
-    images = photograph_patterns(rig, T_camera_target, [seed, NOISE, index])
+    images = render_patterns(rig, T_camera_target, [seed, NOISE, index])
     files, patterns = {}, []
     if rig.shows_chessboard(index):
-        image = photograph_chessboard(rig, T_camera_target, [seed, NOISE, index])
+        image = render_chessboard(rig, T_camera_target, [seed, NOISE, index])
         files["chessboard"] = f"{name}/{CHESSBOARD}"
-        write_picture(folder / files["chessboard"], image)
+        write_image(folder / files["chessboard"], image)
     for key, image in images:
         label = key if isinstance(key, str) else key.image
-        write_picture(folder / name / label, image)
+        write_image(folder / name / label, image)
         if isinstance(key, str):
             files[key.removesuffix(".png")] = f"{name}/{label}"
         else:

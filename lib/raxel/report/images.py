@@ -20,7 +20,7 @@ from raxel.features.active_grid.coding import (
     UNREADABLE,
 )
 from raxel.report.canvas import FONT, INK, MISSING, PAPER, QUIET, Canvas
-from raxel.sets.patterns import pattern_picture
+from raxel.sets.patterns import pattern_image
 
 # What a calibration saw: corners or points, residuals as arrows, coverage.
 
@@ -234,7 +234,7 @@ def pattern_sheet(patterns, monitor_px):
     size = THUMBNAIL, max(1, round(THUMBNAIL * height / width))
     rows = {}
     for pattern in patterns:
-        picture = pattern_picture(pattern, monitor_px)
+        picture = pattern_image(pattern, monitor_px)
         small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
         row = rows.setdefault((pattern.kind, pattern.axis), [])
         row.append((small, _label(pattern)))

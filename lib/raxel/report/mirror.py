@@ -215,7 +215,7 @@ def write_mirror_report(
         What `raxel calibrate` writes as JSON.
     """
     folder = Path(folder)
-    photographs = {view.label: view.photograph for view in mirror_set.stages.views}
+    photographs = {view.label: view.main_image for view in mirror_set.stages.views}
     off = found.bundle.residuals
     scale = ArrowScale.of(np.concatenate(off), mirror_set.size[0])
     views, of_stage = [], {}  # type: ignore[var-annotated]

@@ -75,7 +75,7 @@ def write_report(
             photographs.append(Photograph(taken.label, None, None, None, reason))
             continue
         view, score = next(scored)
-        image = as_8_bit(read_image(image_set, taken.photograph))
+        image = as_8_bit(read_image(image_set, taken.main_image))
         if view.every_pixel:
             seen, kind = grid_picture(image, view), "points"
         else:

@@ -14,8 +14,8 @@ from .model import View as View
 from .patterns import BLACK as BLACK
 from .patterns import WHITE as WHITE
 from .patterns import PatternPlan as PatternPlan
-from .patterns import chessboard_picture as chessboard_picture
-from .patterns import pattern_picture as pattern_picture
+from .patterns import chessboard_image as chessboard_image
+from .patterns import pattern_image as pattern_image
 from .patterns import patterns_of as patterns_of
 from .patterns import plan_of_cells as plan_of_cells
 from .reference import ReferenceCorners as ReferenceCorners

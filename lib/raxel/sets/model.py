@@ -285,7 +285,7 @@ class View:
         return self.image or self.name  # type: ignore[return-value]
 
     @property
-    def photograph(self) -> str:
+    def main_image(self) -> str:
         """Return the name of an image that shows the target: lit for a monitor."""
         return self.image or self.white or self.patterns[0].image
 

@@ -176,7 +176,7 @@ def chessboard_of_corners(monitor_px, columns, rows):
     return MonitorChessboard(columns, rows, float(pitch), tuple(map(float, origin)))
 
 
-def chessboard_picture(
+def chessboard_image(
     board: MonitorChessboard, monitor_px: tuple[int, int]
 ) -> NDArray[np.uint8]:
     """Return the image that the monitor receives for a chessboard.
@@ -216,7 +216,7 @@ def advance(pattern: Pattern) -> float:
     return pattern.step / pattern.of + pattern.offset  # type: ignore[operator]
 
 
-def pattern_picture(pattern: Pattern, monitor_px: tuple[int, int]) -> NDArray[np.uint8]:
+def pattern_image(pattern: Pattern, monitor_px: tuple[int, int]) -> NDArray[np.uint8]:
     """Return the image that the monitor receives for a pattern.
 
     Each pixel has the value of its centre. Values are linear in the sine; the response
@@ -236,9 +236,9 @@ def pattern_picture(pattern: Pattern, monitor_px: tuple[int, int]) -> NDArray[np
 
     Examples
     --------
-    >>> from raxel.sets import Pattern, pattern_picture
+    >>> from raxel.sets import Pattern, pattern_image
     >>> gray = Pattern("gray.png", "x", "gray", of=2, bit=1)
-    >>> pattern_picture(gray, (8, 2))[0].tolist()
+    >>> pattern_image(gray, (8, 2))[0].tolist()
     [0, 0, 255, 255, 255, 255, 0, 0]
     """
     width, height = monitor_px

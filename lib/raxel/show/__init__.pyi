@@ -9,8 +9,8 @@ from .cameras import rays as rays
 from .cameras import rig_scene as rig_scene
 from .cameras import viewing_rays as viewing_rays
 from .rendering import html as html
-from .rendering import picture as picture
-from .rendering import picture_array as picture_array
+from .rendering import image_array as image_array
+from .rendering import png as png
 from .scene import CLEAR as CLEAR
 from .scene import Arrows as Arrows
 from .scene import Labels as Labels

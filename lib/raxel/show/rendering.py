@@ -50,7 +50,7 @@ class Theme(NamedTuple):
 THEMES = {"light": Theme("#ffffff", INK), "dark": Theme("#14181e", "#e6e9ed")}
 
 
-def image(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> bytes:
+def png(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> bytes:
     """Render a scene as a PNG image, the same for the same scene and machine.
 
     Parameters
@@ -77,16 +77,16 @@ def image(scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light") -> b
     from PIL import Image
 
     buffer = BytesIO()
-    Image.fromarray(picture_array(scene, size, theme)).save(buffer, "PNG")
+    Image.fromarray(image_array(scene, size, theme)).save(buffer, "PNG")
     return buffer.getvalue()
 
 
-def picture_array(
+def image_array(
     scene: Scene, size: tuple[int, int] = SIZE, theme: str = "light"
 ) -> np.ndarray:
     """Render a scene as an array.
 
-    Parameters and errors are those of `image`.
+    Parameters and errors are those of `png`.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from raxel.io.rendering import rendering_missing
-from raxel.show import Scene, html, picture_array
+from raxel.show import Scene, html, image_array
 from raxel.show.rendering import FINER
 from raxel.show.rendering import render as shaded_scene
 from repro.page.style import new_figure
@@ -43,7 +43,7 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
     place = axes.get_window_extent().transformed(drawn.dpi_scale_trans.inverted())
     size = [round(CSS_PX_PER_INCH * side) for side in (place.width, place.height)]
     if words:
-        shaded = picture_array(scene, size)
+        shaded = image_array(scene, size)
     else:
         shaded = shaded_scene(scene, [FINER * side for side in size])
     # Opaque by a channel of its own, which matplotlib would add each time it draws.
@@ -68,7 +68,7 @@ def scene_frames(scenes: Sequence[Scene], size: tuple[int, int]) -> list[np.ndar
     if rendering_missing():
         return [np.full((size[1], size[0], 3), 255, np.uint8) for _ in scenes]
     return [
-        cv2.resize(picture_array(scene, size), size, interpolation=cv2.INTER_AREA)
+        cv2.resize(image_array(scene, size), size, interpolation=cv2.INTER_AREA)
         for scene in scenes
     ]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s2_2_active_grids import report, scenes
-from raxel.sets.patterns import pattern_picture, patterns_of, plan_of_cells
+from raxel.sets.patterns import pattern_image, patterns_of, plan_of_cells
 from tests.judged_claims import readings, verdict
 
 SIZE, CELLS, CELL_PX = 144, 6, 24
@@ -20,7 +20,7 @@ def points_seen():
 
 def widened(pattern, by):
     """A pattern (H, W) uint8 whose bright stripes reach `by` px further up and down."""
-    image = pattern_picture(pattern, (SIZE, SIZE))
+    image = pattern_image(pattern, (SIZE, SIZE))
     moved = [np.roll(image, shift, axis=0) for shift in range(-by, by + 1)]
     return np.max(moved, axis=0)
 

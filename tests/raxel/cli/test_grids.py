@@ -15,7 +15,7 @@ from raxel.cli import main, parser
 from raxel.evaluation.benchmark import score_camera
 from raxel.multiview.views import plane_scale
 from raxel.report import check_report
-from raxel.sets import load_set, pattern_picture
+from raxel.sets import load_set, pattern_image
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
 from tests.raxel.cli.test_cli_active_grid import recorded, refused
@@ -246,7 +246,7 @@ def test_pictures_are_laid_out_on_a_grids_plane_without_a_camera(tmp_path, capsy
     (code,) = (p for p in scene.patterns if (p.axis, p.bit, p.inverse) == finest)
     shown = cv2.imread(str(out / code.image), -1)
     places = (np.arange(shown.shape[1]) + 0.5) * mm_per_px / 1.5
-    sent = pattern_picture(code, scene.grid.monitor_px)[0, places.astype(int)]
+    sent = pattern_image(code, scene.grid.monitor_px)[0, places.astype(int)]
     # Two pixels from the edges of stripes and the rim; every row is the same.
     apart = np.abs(places / 25 - np.rint(places / 25)) * 25 * 1.5 > 2 * mm_per_px
     rows, columns = slice(10, -10), apart & (places > 15) & (places < 180)

@@ -118,7 +118,7 @@ def test_the_two_pictures_of_a_step_have_noise_of_their_own(rig, tmp_path, monke
         specimens.append(specimen.random(4))
         return np.zeros((96, 128), np.uint8)
 
-    monkeypatch.setattr(rendering, "photograph_board", photograph)
+    monkeypatch.setattr(rendering, "render_board", photograph)
     rendering._write_steps(rig, rig.cameras(3), tmp_path / "stages", 3, str)
     before, after = noises
     assert np.all(before != after)

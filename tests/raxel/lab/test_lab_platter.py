@@ -7,7 +7,7 @@ from raxel.cameras import pixel_grid
 from raxel.geometry.poses import pose, transform
 from raxel.lab.mirror_set_rig import PLATTER_PLATE as PLATE
 from raxel.lab.mirror_set_rig import PlatterRing, camera_in_platter
-from raxel.lab.mirror_set_rig import photograph_plate as photograph
+from raxel.lab.mirror_set_rig import render_plate as photograph
 from raxel.lab.rig import load_rig
 from tests.raxel.lab.test_rig import changed
 

@@ -27,7 +27,7 @@ from raxel.sets import (
     ImageSet,
     Pattern,
     View,
-    chessboard_picture,
+    chessboard_image,
     load_set,
     patterns_of,
     read_image,
@@ -203,7 +203,7 @@ def test_a_set_with_a_monitor_chessboard_is_read_back_equal(tmp_path):
 def test_the_picture_of_a_chessboard_has_its_corners():
     board = chessboard_of_corners((1280, 1024), 15, 15)
     assert board == MonitorChessboard(15, 15, 64.0, (192.0, 64.0))
-    image = chessboard_picture(board, (1280, 1024))
+    image = chessboard_image(board, (1280, 1024))
     assert image.shape == (1024, 1280)
     for x, y in board.points_px().astype(int):
         four = image[y - 1 : y + 1, x - 1 : x + 1]

@@ -187,12 +187,10 @@ def test_a_second_photograph_is_that_of_a_new_laboratory():
     scene = board_scene(board, T)
     optics = Optics(blur_sd_px=(0.5, 1.0), chromatic_scale=(1.002, 1, 0.998))
     one = Laboratory(camera, Sensor(1e4, 1.2e4), optics)
-    one.photograph(scene, pose(np.eye(3), [5, 0, 0]), np.random.default_rng(0))
-    again = one.photograph(scene, HERE, np.random.default_rng(1))
+    one.render(scene, pose(np.eye(3), [5, 0, 0]), np.random.default_rng(0))
+    again = one.render(scene, HERE, np.random.default_rng(1))
     other = Laboratory(camera, Sensor(1e4, 1.2e4), optics)
-    assert np.array_equal(
-        again, other.photograph(scene, HERE, np.random.default_rng(1))
-    )
+    assert np.array_equal(again, other.render(scene, HERE, np.random.default_rng(1)))
 
 
 def test_cells_of_a_grid_are_those_that_a_search_finds():

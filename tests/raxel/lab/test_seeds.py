@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.lab.rig import load_rig
-from raxel.lab.set_rendering import photograph_patterns, render_set
+from raxel.lab.set_rendering import render_patterns, render_set
 from raxel.sets import read_image
 from tests.raxel.lab.test_rig import changed, leaf
 
@@ -79,7 +79,7 @@ def test_noise_of_a_monitor_is_new_in_every_pose_pattern_and_with_every_seed(
     fine = {"sensor__bits": leaf(16, "bit"), "target": MONITOR}
     rig = load_rig(changed(tmp_path / "fine.yaml", poses=TWICE, **fine))
     T = rig.draw_poses(np.random.default_rng(0), 1)[0]
-    images = [image for _, image in photograph_patterns(rig, T, [0, 1, 0])]
+    images = [image for _, image in render_patterns(rig, T, [0, 1, 0])]
     # The first rows show the room beside the monitor, alike but for their noise.
     rows = np.array(images, int)[:, :10].reshape(len(images), -1)
     assert np.abs(np.corrcoef(rows) - np.eye(len(rows))).max() < 0.1

@@ -7,7 +7,7 @@ import numpy as np
 from raxel.report.canvas import Canvas
 from raxel.report.images import GAP, LABEL, THUMBNAIL, _deviations, pattern_sheet
 from raxel.sets import patterns_of, plan_of_cells
-from raxel.sets.patterns import pattern_picture
+from raxel.sets.patterns import pattern_image
 
 
 def told(monkeypatch, sigma):
@@ -36,6 +36,6 @@ def test_thumbnails_stand_in_the_order_of_the_patterns():
     for k, pattern in enumerate(along):
         left = GAP + k * (THUMBNAIL + GAP)
         shown = sheet[top : top + high, left : left + THUMBNAIL, 0].astype(float)
-        full = pattern_picture(pattern, size).astype(float)
+        full = pattern_image(pattern, size).astype(float)
         small = full.reshape(high, 2, THUMBNAIL, 2).mean(axis=(1, 3))
         np.testing.assert_allclose(shown, small, atol=1)

@@ -6,9 +6,9 @@ import pytest
 from raxel.errors import InputError
 from raxel.lab import MonitorPattern
 from raxel.lab.scenes import MonitorBoard
-from raxel.sets import pattern_picture, patterns_of, plan_of_cells
+from raxel.sets import pattern_image, patterns_of, plan_of_cells
 from raxel.sets.model import ActiveGrid, MonitorChessboard, Pattern
-from raxel.sets.patterns import cell_width, chessboard_of_corners, chessboard_picture
+from raxel.sets.patterns import cell_width, chessboard_image, chessboard_of_corners
 
 
 def read_code(images):
@@ -39,7 +39,7 @@ def test_cells_begin_where_sines_begin(size, cells):
         assert len(phase) == 5
         pixels = size["xy".index(axis)]
         assert pixels / phase[0].periods == pytest.approx(width)
-        shown = read_code([pattern_picture(p, size) for p in gray])
+        shown = read_code([pattern_image(p, size) for p in gray])
         line = shown[0] if axis == "x" else shown[:, 0]
         np.testing.assert_array_equal(line, np.arange(pixels) // int(width))
         assert line[-1] == np.ceil(pixels / width) - 1 <= count - 1
@@ -52,7 +52,7 @@ def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
     uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
     for pattern in patterns_of(plan_of_cells(size, (5, 3), 6)):
         shown = MonitorPattern(size, None, pattern).radiance(uv, np.ones(len(uv)))
-        sent = pattern_picture(pattern, size)
+        sent = pattern_image(pattern, size)
         assert sent.dtype == np.uint8
         np.testing.assert_allclose(sent.ravel() / 255, shown, atol=0.501 / 255)
 
@@ -64,7 +64,7 @@ def test_an_offset_of_a_quarter_makes_cosines():
     x = 2 * np.pi * 4 * (np.arange(96) + 0.5) / 96
     for step, pattern in enumerate(own):
         due = 0.5 + 0.5 * np.cos(x + 2 * np.pi * step / 3)
-        sent = pattern_picture(pattern, size)[0]
+        sent = pattern_image(pattern, size)[0]
         np.testing.assert_allclose(sent / 255, due, atol=0.501 / 255)
         uv = np.column_stack([np.arange(96) + 0.5, np.full(96, 9.0)])
         shown = MonitorPattern(size, None, pattern).radiance(uv, np.ones(96))
@@ -90,7 +90,7 @@ def test_a_chessboard_is_sent_as_the_laboratory_shows_it_wherever_its_lines_lie(
     v, u = np.indices(size[::-1])
     uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
     shown = MonitorBoard(size, None, board).radiance(uv, np.ones(len(uv)))
-    sent = chessboard_picture(board, size)
+    sent = chessboard_image(board, size)
     np.testing.assert_array_equal(sent.ravel(), 255 * shown)
 
 
@@ -116,5 +116,5 @@ def test_a_code_without_a_cell_width_fills_the_monitor_along_its_own_axis():
     """The most significant bit changes in the middle, the others in between."""
     for bit, edges in ((0, [32]), (1, [16, 48])):
         pattern = Pattern("", "y", "gray", bit=bit, of=3)
-        sent = pattern_picture(pattern, (96, 64))[:, 0].astype(int)
+        sent = pattern_image(pattern, (96, 64))[:, 0].astype(int)
         np.testing.assert_array_equal(np.flatnonzero(np.diff(sent)) + 1, edges)

@@ -27,7 +27,7 @@ from raxel.show import (
     framed,
     html,
     image,
-    picture_array,
+    image_array,
 )
 from raxel.show import rendering as page
 from raxel.show.meshes import drawn_parts
@@ -122,7 +122,7 @@ def test_a_picture_shows_a_board_as_the_camera_model_projects_it():
     parts = board(chess, T)
     marks = Points(transform(T, [[-20, -20, 0]]), "#ff0000", size=10)
     scene = Scene([*parts, marks], (0, 0, 0), (0, 0, 300))
-    image = picture_array(scene).astype(int)
+    image = image_array(scene).astype(int)
     height, width, _ = image.shape
     focal = height / 2 / np.tan(np.radians(15))
     K = [[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]]
@@ -145,7 +145,7 @@ def test_a_texture_is_the_right_way_up_and_mirrored_from_behind():
     sheet = Surface(lattice(2, 2), texture=quadrants())
     for behind in (False, True):
         scene = Scene([sheet], (0, 0, 5 if behind else -5), (0, 0, 0))
-        image = picture_array(scene).astype(int)
+        image = image_array(scene).astype(int)
         places = projected(
             scene, [[-0.3, -0.3, 0], [0.3, -0.3, 0]], *image.shape[1::-1]
         )
@@ -160,12 +160,12 @@ def test_the_nearer_sheet_hides_the_farther_and_clear_backs_hide_nothing():
     far = Surface(lattice(2, 2, 1), "#0000ff", back="#00ff00")
 
     def shown(parts, z):
-        image = picture_array(Scene(parts, (0, 0, z), (0, 0, 0))).astype(int)
+        image = image_array(Scene(parts, (0, 0, z), (0, 0, 0))).astype(int)
         return int(image[image.shape[0] // 2, image.shape[1] // 2].argmax())
 
     assert shown([near, far], -6) == shown([far, near], -6) == 0
     assert shown([near, far], 6) == 1
-    only_back = picture_array(Scene([near], (0, 0, 6), (0, 0, 0)))
+    only_back = image_array(Scene([near], (0, 0, 6), (0, 0, 0)))
     assert (only_back == 255).all()
 
 
@@ -186,9 +186,9 @@ def small_scene():
 SAME_IN_A_NEW_PROCESS = """
 import hashlib, sys
 sys.path.insert(0, "tests")
-from raxel.show import html, image
+from raxel.show import html, png
 from tests.raxel.show.test_show import small_scene
-for made in (image(small_scene()), html(small_scene(), "T").encode()):
+for made in (png(small_scene()), html(small_scene(), "T").encode()):
     print(hashlib.sha256(made).hexdigest())
 # What would ask the network for another renderer stays out.
 assert "trame_vtklocal" not in sys.modules
@@ -198,7 +198,7 @@ assert "trame_vtklocal" not in sys.modules
 @draws
 def test_the_same_scene_is_the_same_picture_and_page_in_any_process():
     def made():
-        pair = image(small_scene()), html(small_scene(), "T").encode()
+        pair = png(small_scene()), html(small_scene(), "T").encode()
         return [hashlib.sha256(content).hexdigest() for content in pair]
 
     first = made()

@@ -10,7 +10,7 @@ from raxel.calibration.mirror.images import _steps
 from raxel.geometry import pose, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab import ImageTexture, Laboratory, Rectangle, TexturedScene
-from raxel.lab.set_rendering import write_picture
+from raxel.lab.set_rendering import write_image
 from raxel.sets import Charuco, ImageSet, View
 from raxel.sets.mirror_set import MirrorStep
 from tests.charuco_boards import SQUARE_PX, sheet
@@ -50,7 +50,7 @@ def stages(rig, cameras, T_camera_board, tmp_path_factory):
         laboratory = Laboratory(camera, rig.rig.sensor, rig.rig.optics)
         rng = np.random.default_rng(seed)
         scene = TexturedScene((paper,))
-        write_picture(folder / name, laboratory.photograph(scene, np.eye(4), rng))
+        write_image(folder / name, laboratory.render(scene, np.eye(4), rng))
     views = tuple(View(image=name) for name in NAMES)
     size = rig.viewer.width, rig.viewer.height
     return ImageSet("stages", *size, BOARD, views, folder)

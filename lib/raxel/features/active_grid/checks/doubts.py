@@ -19,7 +19,7 @@ from raxel.features.active_grid.checks.motion import (
 )
 from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
 from raxel.features.active_grid.coding import DARK, OUTSIDE, SATURATED, read_coding
-from raxel.sets.patterns import pattern_picture
+from raxel.sets.patterns import pattern_image
 
 # Maximal shares of the pixels on the monitor.
 MAX_CLIPPED_SHARE = 0.1
@@ -121,7 +121,7 @@ def _equal_images(images, patterns):
 def _shown_alike(one, other):
     """Whether a usual monitor displays both alike, as bits finer than its pixels."""
     size = 1024, 1024
-    same = pattern_picture(one, size) == pattern_picture(other, size)
+    same = pattern_image(one, size) == pattern_image(other, size)
     return bool(same.all())
 
 
