@@ -29,7 +29,7 @@ from raxel.cameras import (
 from raxel.features import find_board
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.lines import corrected_waves, no_ripple
-from raxel.features.active_grid.places import pixels_of
+from raxel.features.active_grid.positions import pixels_of
 from raxel.features.celect import celect
 from raxel.geometry import (
     intersect_rays_plane,

@@ -1,4 +1,4 @@
-"""Arrays out of .npz files: every size is known and judged before memory is taken."""
+"""Arrays from .npz files; every size is checked before memory is allocated."""
 
 import math
 import zipfile
@@ -9,28 +9,27 @@ from raxel.errors import InputError
 from raxel.io.documents import one_line
 from raxel.io.files import check_file, physical_memory
 
-# Bytes of the widest real number, truth value and text; there is nothing else.
-WIDEST = {"b": 1, "i": 8, "u": 8, "f": 8, "U": 400}
-# An array is copied by what it is handed to, and half of the memory is left.
-SHARE_OF_MEMORY = 1 / 4
+# Bytes of the widest real number, boolean and text; other types are rejected.
+MAX_ITEM_BYTES = {"b": 1, "i": 8, "u": 8, "f": 8, "U": 400}
+# Callers copy an array, and half of the memory stays free.
+MAX_MEMORY_SHARE = 1 / 4
 
 
 class Archive(zipfile.ZipFile):
-    """An open .npz file of plain arrays, each stored as `name`.npy.
+    """Open an .npz file of plain arrays, each stored as `name`.npy.
 
-    what: its name in messages. Raises InputError, one line with file and field: for a
-    file that is no such archive, and from its methods for arrays that are missing,
-    damaged, of another type than numbers, truth values or text, or larger than they may
-    be.
+    what: its name in messages. Raises InputError, one line with file and field, for a
+    file that is not such an archive. Its methods raise it for arrays that are missing,
+    damaged, too large, or neither numbers, booleans nor text.
     """
 
     def __init__(self, path, what):
         check_file(path, what=what)
         try:
             super().__init__(path)
-        except Exception as fault:  # A damaged file raises what its damage hits.
+        except Exception as fault:  # a damaged file can raise any exception
             raise InputError(
-                f"{path}: not a {what}, or cut off; give an .npz file"
+                f"{path}: not a {what}, or truncated; give an .npz file"
             ) from fault
 
     def has(self, name):
@@ -38,33 +37,33 @@ class Archive(zipfile.ZipFile):
         return f"{name}.npy" in self.NameToInfo
 
     def shape(self, name):
-        """Return the shape that the array `name` states; nothing more is read."""
+        """Return the shape of the array `name` from its header."""
         return self._header(name)[0]
 
-    def array(self, name, most):
-        """Return the array `name`, of at most `most` numbers, in native byte order."""
+    def array(self, name, max_values):
+        """Return the array `name`, at most `max_values` values, in native order."""
         shape, size = self._header(name)
-        if math.prod(shape) > most:
+        if math.prod(shape) > max_values:
             raise self._fault(
-                name, f"{math.prod(shape)} values found, {most} are the most it can be"
+                name, f"{math.prod(shape)} values exceed the limit of {max_values}"
             )
-        if size > SHARE_OF_MEMORY * physical_memory():
+        if size > MAX_MEMORY_SHARE * physical_memory():
             raise self._fault(
                 name,
-                f"needs {size / 1e9:.3g} GB, more than a quarter of this machine's "
+                f"needs {size / 1e9:.3g} GB, more than a quarter of the memory of "
                 f"{physical_memory() / 1e9:.3g} GB",
-                "give fewer pixels",
+                "use fewer pixels",
             )
         try:
             with self.open(f"{name}.npy") as stream:
                 array = np.lib.format.read_array(stream, allow_pickle=False)
-                stream.read(1)  # at its end the check sum is compared
+                stream.read(1)  # the checksum is verified at the end
         except Exception as fault:
             raise self._damaged(name) from fault
         return np.asarray(array, array.dtype.newbyteorder("="), order="C")
 
     def _header(self, name):
-        """(shape, bytes) that an array states and the archive confirms."""
+        """Return (shape, bytes) of an array, consistent in header and archive."""
         if not self.has(name):
             raise self._fault(name, "missing")
         try:
@@ -75,18 +74,18 @@ class Archive(zipfile.ZipFile):
                 whole = stream.tell() + size == self.getinfo(f"{name}.npy").file_size
         except Exception as fault:
             raise self._damaged(name) from fault
-        if dtype.itemsize > WIDEST.get(dtype.kind, 0):
+        if dtype.itemsize > MAX_ITEM_BYTES.get(dtype.kind, 0):
             raise self._fault(
                 name,
-                f"found {one_line(dtype)}",
-                "numbers of at most 64 bit, or a short text, are needed",
+                f"type is {one_line(dtype)}",
+                "give numbers of at most 64 bit, or a short text",
             )
         if not whole:
             raise self._damaged(name)
         return shape, size
 
     def _damaged(self, name):
-        return self._fault(name, "cannot be read; the file is damaged")
+        return self._fault(name, "file is damaged")
 
-    def _fault(self, name, found, advice="save it anew"):
-        return InputError(f"{self.filename}: field '{name}': {found}; {advice}")
+    def _fault(self, name, problem, advice="save the file again"):
+        return InputError(f"{self.filename}: field '{name}': {problem}; {advice}")

@@ -23,7 +23,7 @@ TAG = "tag:yaml.org,2002:"
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML's plain core: no tags, no key given twice, numbers in tens.
+    """Load the plain core of YAML: no tags, no repeated keys, decimal numbers.
 
     Dates stay the texts that they are, as do 025 (not 21 in eights), 1:30 (not 90 in
     sixties) and numbers of more than 18 digits.
@@ -37,18 +37,18 @@ class _Loader(yaml.SafeLoader):
     def compose_node(self, parent, index):
         event = self.peek_event()
         if getattr(event, "tag", None) is not None:
-            raise _fault("a tag (!) is not allowed", event)
+            raise _fault("tags (!) are not allowed", event)
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node, deep=False):
         lines = {}
         for key, _ in node.value:
             if key.tag != f"{TAG}str":
-                raise _fault("a key must be a word in quotes", key)
+                raise _fault("a key must be a quoted word", key)
             if key.value in lines:
                 first = lines[key.value]
-                found = f"key {shown(key.value)} given twice, first in line {first}"
-                raise _fault(found, key)
+                problem = f"key {shown(key.value)} is repeated, first in line {first}"
+                raise _fault(problem, key)
             lines[key.value] = key.start_mark.line + 1
         return super().construct_mapping(node, deep)
 
@@ -70,10 +70,10 @@ def read_yaml(path):
     text = read_text(path, MAX_BYTES)
     try:
         data = yaml.load(text, _Loader)
-        # A few lines of aliases to aliases can stand for more than memory holds.
+        # A few lines of nested aliases can expand to more than memory holds.
         values = itertools.islice(json.JSONEncoder().iterencode(data), MAX_VALUES)
         if sum(1 for _ in values) == MAX_VALUES:
-            raise ValueError("aliases (*) grow without bound")
+            raise ValueError("aliases (*) expand without bound")
         return data
     except (yaml.YAMLError, ValueError, RecursionError) as fault:
         mark = getattr(fault, "problem_mark", None)
@@ -83,13 +83,13 @@ def read_yaml(path):
 
 
 def validate(data, where, schema):
-    """Raise InputError for the first of `faults`, which takes the same."""
+    """Raise InputError for the first of `faults`; same arguments."""
     for line in faults(data, where, schema):
         raise InputError(line)
 
 
 def faults(data, where, schema):
-    """Return what is wrong with plain data (dicts, lists, numbers, texts), by lines.
+    """Return the faults of plain data (dicts, lists, numbers, texts) as lines.
 
     `where` is the file that the lines name, `schema` the path of a JSON schema; where
     that describes a field, its words are the advice. Unknown keys come first, since a
@@ -122,7 +122,7 @@ def field_name(path, data=None):
 
 
 def shown(value):
-    """Return a found value in a few words on one line."""
+    """Return a short description of a value on one line."""
     if isinstance(value, dict):
         return f"a mapping of {len(value)} keys"
     if isinstance(value, list):
@@ -132,7 +132,7 @@ def shown(value):
 
 
 def one_line(text):
-    """Return any text on one line of bearable length."""
+    """Return any text on one line of limited length."""
     return _short(
         "".join(c if c.isprintable() else " " for c in str(text)), 4 * SHOWN_CHARACTERS
     )
@@ -177,7 +177,7 @@ def _sentence(error, data, root):
 
 
 def _described(schema, root):
-    """The schema's own words on what to give, followed through one $ref, or ''."""
+    """Return the schema's description of valid values, through one $ref, or ''."""
     if "description" not in schema and "$ref" in schema:
         name = schema["$ref"].removeprefix("#/$defs/")
         schema = root["$defs"][name]

@@ -1,4 +1,4 @@
-"""Files: checked before they are read; results are whole or absent."""
+"""Files: input is checked before it is read; output is complete or absent."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 from raxel.errors import InputError
 
-# What this machine has: memory and processors.
+# Memory and processors of this machine.
 
 
 def physical_memory() -> float:
@@ -29,7 +29,7 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
-# Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
+# Corners of a thousand images are 30 MB. In memory, a text takes ten times as much.
 MAX_JSON_BYTES = 100_000_000
 
 
@@ -55,14 +55,14 @@ def check_file(
         If the file is missing, not readable or too large.
     """
     if not os.path.exists(path):
-        raise InputError(f"{path}: no such {what}; check the name")
+        raise InputError(f"{path}: no such {what}; correct the name")
     if not os.path.isfile(path) or not os.access(path, os.R_OK):
-        raise InputError(f"{path}: not a readable {what}; give a plain file")
+        raise InputError(f"{path}: not a readable {what}; give a regular file")
     size = os.path.getsize(path)
     if size > max_bytes:
         raise InputError(
-            f"{path}: found {size / 1e6:.4g} MB, more than is read; is it the right "
-            f"{what}? Give {max_bytes / 1e6:g} MB at most"
+            f"{path}: {what} has {size / 1e6:.4g} MB; give a {what} of at most "
+            f"{max_bytes / 1e6:g} MB"
         )
 
 
@@ -107,50 +107,53 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def together():
-    """Several results take their places together, when the last is whole.
+    """Move several results to their paths together, when the last is complete.
 
-    Yields a callable `place`: it takes the path of a result and gives a temporary path
-    of the same name. When the block ends all are moved, in the order in which they were
-    placed. If it raises, none is, and nothing is left:
+    Yields a callable `place`, which maps the path of a result to a temporary path of
+    the same name. When the block ends all are moved, in this order. If it raises, none
+    is moved, and temporary files are removed:
 
         with together() as place:
             camera.save(place("camera.npz"))
             write_json(place("result.json"), result)
 
-    Only a move can fail after another. Raises InputError where a folder cannot be
+    Only a move can fail after another one. Raises InputError if a folder cannot be
     written; an OSError of the block names the results.
     """
-    places = {}
+    temporary_paths = {}
     with contextlib.ExitStack() as folders:
 
         def place(path):
             check_can_be_written(path)
             folder = tempfile.TemporaryDirectory(dir=Path(path).parent, prefix=".")
-            places[path] = Path(folders.enter_context(folder)) / Path(path).name
-            return places[path]
+            temporary_paths[path] = (
+                Path(folders.enter_context(folder)) / Path(path).name
+            )
+            return temporary_paths[path]
 
         try:
             yield place
-            for path, temporary in places.items():
+            for path, temporary in temporary_paths.items():
                 os.replace(temporary, path)
         except OSError as fault:
             reason = fault.strerror or str(fault)
-            raise OSError(fault.errno, reason, ", ".join(map(str, places))) from fault
+            names = ", ".join(map(str, temporary_paths))
+            raise OSError(fault.errno, reason, names) from fault
 
 
 def check_can_be_written(path: str | os.PathLike[str]) -> None:
-    """Raise InputError unless a file can be put at `path`."""
+    """Raise InputError unless a file can be written at `path`."""
     path = Path(path)
     if not path.parent.is_dir():
-        raise InputError(f"{path}: no folder {path.parent}; make it first")
+        raise InputError(f"{path}: no folder {path.parent}; create it first")
     if path.is_dir():
-        raise InputError(f"{path}: this is a folder; give the name of a file")
+        raise InputError(f"{path}: is a folder; give the name of a file")
     if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: the folder cannot be written; choose another")
+        raise InputError(f"{path}: folder is not writable; choose another one")
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write a text, as UTF-8, or bytes: `path` is the old file or the whole new one.
+    """Write a text, as UTF-8, or bytes; `path` is the old or the complete new file.
 
     Parameters
     ----------
@@ -184,7 +187,7 @@ def write_json(path: str | os.PathLike[str], data: Any) -> None:
         As `together`.
     """
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    # A file name that is no UTF-8 holds lone surrogates: JSON has escapes for them.
+    # A file name that is not UTF-8 has lone surrogates, which JSON escapes.
     write_whole(path, (text + "\n").encode(errors="backslashreplace"))
 
 
@@ -221,17 +224,17 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     try:
         return json.loads(text, parse_constant=_reject, object_pairs_hook=_object)
     except (ValueError, RecursionError, MemoryError) as fault:
-        raise InputError(f"{path}: not usable JSON ({fault}); write it anew") from fault
+        raise InputError(f"{path}: invalid JSON ({fault}); write it again") from fault
 
 
 def _object(pairs):
-    """An object of JSON as a dict, of which Python would keep the last value alone."""
+    """Return a JSON object as a dict; raise for repeated keys."""
     found = dict(pairs)
     if len(found) < len(pairs):
         ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
-        raise ValueError(f"key {key!r:.60} given twice in one object")
+        raise ValueError(f"key {key!r:.60} is repeated in one object")
     return found
 
 
 def _reject(constant):
-    raise ValueError(f"{constant} is no finite number")
+    raise ValueError(f"{constant} is not a finite number")

@@ -1,4 +1,4 @@
-"""Whether scenes can be drawn here: pyvista is there, and OpenGL for images.
+"""Availability of 3-D rendering: pyvista, and OpenGL for images.
 
 VTK without OpenGL does not raise, it ends the process. So it is tried out in a process
 of its own. Pages need no OpenGL: the reader's browser draws them.
@@ -17,7 +17,7 @@ from raxel.errors import InputError
 
 PACKAGES = ("pyvista", "trame_pyvista", "trame_vtk", "nest_asyncio2")
 GL_PACKAGES = "libegl1 libgl1 libxrender1"
-PROBE_S = 120  # A driver that hangs must not hold up a command for ever.
+PROBE_S = 120  # time limit, since a driver can hang
 PROBE = (
     "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); "
     "p.add_mesh(pv.Sphere()); image = p.screenshot(return_img=True); "
@@ -26,7 +26,7 @@ PROBE = (
 
 
 class RenderingError(InputError):
-    """Report that no scene can be drawn here.
+    """Report that scenes cannot be rendered on this machine.
 
     The message names what is missing and the remedy.
     """
@@ -38,8 +38,8 @@ def packages_missing() -> str:
     if not absent:
         return ""
     return (
-        f"3-D scenes need {', '.join(absent)}, not installed here; run: "
-        "pip install raxel[show]"
+        f"3-D scenes require {', '.join(absent)} (not installed); run: pip install "
+        "raxel[show]"
     )
 
 
@@ -56,20 +56,20 @@ def rendering_missing() -> str:
         What is missing and the remedy, or ''.
     """
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        # Else VTK tries a window first, and complains.
+        # Otherwise VTK tries a window first, and prints an error.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     if packages_missing() or (Path(sys.prefix) / "rendering").is_file():
         return packages_missing()
     if not _draws():
         return (
-            "3-D images need OpenGL, which does not work here; run: "
-            f"apt-get install {GL_PACKAGES}"
+            "3-D images require OpenGL (not working); run: apt-get install "
+            f"{GL_PACKAGES}"
         )
     return ""
 
 
 def _draws():
-    """Whether a process of its own draws the ball, in the time that it may take."""
+    """Whether a separate process renders a sphere within the time limit."""
     order = [sys.executable, "-c", PROBE]
     try:
         found = subprocess.run(order, capture_output=True, timeout=PROBE_S)

@@ -1,7 +1,7 @@
-"""Reading images: whole files only, in the sensor's own orientation and depth.
+"""Reading of images: complete files only, in the sensor's orientation and bit depth.
 
-Pillow reads the header and verifies the file; OpenCV decodes the pixels, since it
-keeps 16 bit of every colour.
+Pillow reads the header and verifies the file. OpenCV decodes the pixels, since it keeps
+16 bit of every colour.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from raxel.errors import InputError
 from raxel.io.files import check_file
 from raxel.sets.model import ImageSet, View
 
-# What the decoders below OpenCV say, caught: they write it to standard error.
+# Messages of the decoders that OpenCV uses, captured from standard error.
 
 
-# libjpeg goes on after these and fills in grey; other warnings lose no pixels.
+# libjpeg continues after these and fills in grey; other warnings lose no pixels.
 LOST_IN_JPEG = (b"remature end of", b"bad Huffman code", b"instead of RST")
-# libtiff goes on after any error and fills in black; of run lengths and fax lines that
-# do not fit it only warns.
+# libtiff continues after any error and fills in black. It only warns of invalid run
+# lengths and fax lines.
 LOST_IN_TIFF = (b"TIFF_Error", b"PackBitsDecode", b"Fax3Decode", b"Fax4Decode")
 LOST_PIXELS = LOST_IN_JPEG + LOST_IN_TIFF
 
@@ -46,12 +46,12 @@ def words_of_decoders() -> Iterator[list[bytes]]:
         Empty during the block.
     """
     words = []  # type: ignore[var-annotated]
-    with tempfile.TemporaryFile() as aside:
+    with tempfile.TemporaryFile() as captured:
         try:
             usual = os.dup(2)
-        except OSError:  # it was closed; what is lost must be seen all the same
+        except OSError:  # it was closed; lost pixels must be detected all the same
             usual = None
-        os.dup2(aside.fileno(), 2)
+        os.dup2(captured.fileno(), 2)
         try:
             yield words
         finally:
@@ -60,13 +60,13 @@ def words_of_decoders() -> Iterator[list[bytes]]:
             else:
                 os.dup2(usual, 2)
                 os.close(usual)
-            aside.seek(0)
-            words.append(aside.read())
+            captured.seek(0)
+            words.append(captured.read())
 
 
 def pixels_were_lost(words: Iterable[bytes]) -> bool:
     """Return whether these messages of decoders report lost pixels."""
-    return any(sign in said for said in words for sign in LOST_PIXELS)
+    return any(sign in message for message in words for sign in LOST_PIXELS)
 
 
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "PPM", "WEBP")
@@ -78,7 +78,7 @@ ORIENTATION, SAMPLES, PLANES = 274, 277, 284
 STRIPS, TILES = (273, 279), (324, 325)  # where they begin, their bytes
 WHITE_IS_ZERO, A_PLANE_EACH, DEFLATE = 0, 2, (8, 32946)
 MAX_BYTES_PER_PIXEL = 32  # out of a strip: four samples of 32 bit, twice
-# What undoes an orientation: OpenCV turns a TIFF though it is told not to.
+# Inverse of each orientation: OpenCV rotates a TIFF despite the flag against it.
 UNDO = {
     1: lambda image: image,
     2: lambda image: image[:, ::-1],
@@ -176,18 +176,18 @@ def _read(image_set, view, colour):
         size = _stored_size(header)
         if size != (image_set.width, image_set.height):
             raise InputError(
-                f"{path}: found {size[0]} x {size[1]} px, but resolution in "
-                f"{image_set.description} is {image_set.width} x {image_set.height}; "
-                "take the image out or correct resolution"
+                f"{path}: {size[0]} x {size[1]} px differs from resolution "
+                f"{image_set.width} x {image_set.height} of {image_set.description}; "
+                "remove the image or correct resolution"
             )
         return _decoded(path, data, header, colour)
 
 
 @contextlib.contextmanager
 def _opened(path, data):
-    """Yield the header of an image by Pillow; any fault of it is an InputError."""
+    """Yield the header of an image by Pillow; all its errors become InputError."""
     if not data:
-        raise InputError(f"{path}: the file is empty (0 bytes); copy it anew")
+        raise InputError(f"{path}: file is empty (0 bytes); copy it again")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -197,28 +197,28 @@ def _opened(path, data):
         raise
     except UnidentifiedImageError as fault:
         raise InputError(
-            f"{path}: not a {', '.join(FORMATS)} image, or cut off; convert it or take "
-            "it out"
+            f"{path}: not an image, or truncated; convert it to {', '.join(FORMATS)} "
+            "or remove it"
         ) from fault
     except Image.DecompressionBombError as fault:
         raise InputError(f"{path}: too many pixels; crop the image") from fault
-    except Exception as fault:  # A damaged file raises what its damage hits.
+    except Exception as fault:  # a damaged file can raise any exception
         raise _damaged(path) from fault
 
 
 def _damaged(path):
-    return InputError(f"{path}: cut off or damaged; copy it anew from its source")
+    return InputError(f"{path}: file is truncated or damaged; copy it again")
 
 
 def _stored_size(header):
-    """(width, height) in px before any orientation."""
+    """Return (width, height) in px before any orientation."""
     if header.format == "TIFF":
         return header.tag_v2[WIDTH], header.tag_v2[HEIGHT]
     return header.size
 
 
 def _decoded(path, data, header, colour):
-    """The pixels of a file; `colour` is OpenCV's reading mode."""
+    """Return the pixels of a file; `colour` is OpenCV's reading mode."""
     is_tiff = header.format == "TIFF"
     tags = dict(header.tag_v2) if is_tiff else {}
     size = _stored_size(header)
@@ -240,12 +240,12 @@ def _decoded(path, data, header, colour):
         image = np.ascontiguousarray(UNDO.get(tags.get(ORIENTATION, 1), UNDO[1])(image))
     if image.shape[1::-1] != size:
         raise InputError(
-            f"{path}: found {image.shape[1]} x {image.shape[0]} px, but its header "
-            f"states {size[0]} x {size[1]}; save it anew, as PNG"
+            f"{path}: {image.shape[1]} x {image.shape[0]} px differs from {size[0]} x "
+            f"{size[1]} px in its header; save it again, as PNG"
         )
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(
-            f"{path}: found samples of type {image.dtype}; save it with 8 or 16 bit"
+            f"{path}: samples have type {image.dtype}; save it with 8 or 16 bit"
         )
     if image.dtype == np.uint16 and tags.get(PHOTOMETRIC) == WHITE_IS_ZERO:
         return np.iinfo(np.uint16).max - image  # of 8 bit OpenCV does so itself
@@ -253,35 +253,36 @@ def _decoded(path, data, header, colour):
 
 
 def _check_samples(path, tags):
-    """Refuse a TIFF whose samples OpenCV takes for others."""
+    """Reject a TIFF whose samples OpenCV misinterprets."""
     samples, bits = tags.get(SAMPLES, 1), tags.get(BITS, (1,))[0]
     if samples not in (1, 3):
         raise InputError(
-            f"{path}: found {samples} samples a pixel; save the TIFF without opacity"
+            f"{path}: {samples} samples per pixel; save the TIFF without opacity"
         )
     if samples > 1 and bits > 8 and tags.get(PLANES) == A_PLANE_EACH:
         raise InputError(
-            f"{path}: found a plane for each colour; save the TIFF with the colours of "
-            "a pixel together"
+            f"{path}: separate colour planes; save the TIFF with interleaved colours"
         )
 
 
 def _streams_are_whole(data, tags):
-    """Whether each zlib stream of a TIFF ends in its check sum: libtiff reads none."""
+    """Whether each zlib stream of a TIFF ends in its checksum, unlike libtiff."""
     if tags.get(PACKING) not in DEFLATE or tags.get(FILL_ORDER, 1) != 1:
         return True
     starts, lengths = STRIPS if STRIPS[0] in tags else TILES
-    most = MAX_BYTES_PER_PIXEL * tags[WIDTH] * tags[HEIGHT]
+    remaining = MAX_BYTES_PER_PIXEL * tags[WIDTH] * tags[HEIGHT]
     for start, length in zip(tags[starts], tags[lengths], strict=True):
         stream = zlib.decompressobj()
-        most -= len(stream.decompress(data[start : start + length], max(most, 1)))
+        remaining -= len(
+            stream.decompress(data[start : start + length], max(remaining, 1))
+        )
         if not stream.eof:
             return False
     return True
 
 
 def _by_pillow(image, colour):
-    """Pixels of a BMP, whose masks and run lengths OpenCV reads in part."""
+    """Return the pixels of a BMP; OpenCV supports only some masks and run lengths."""
     import cv2
 
     if image.mode in ("1", "L"):
@@ -292,7 +293,7 @@ def _by_pillow(image, colour):
 
 
 def _by_opencv(data, colour):
-    """The pixels; None where it fails, or loses some and fills them in."""
+    """Return the pixels; None if decoding fails or loses some of them."""
     import cv2
 
     mode = colour | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION

@@ -24,10 +24,10 @@ from raxel.sets.model import (
 )
 from raxel.sets.patterns import pattern_faults
 
-# Faults of a set that its schema cannot express: files, counts, clicks, codes.
+# Checks of a set that its schema cannot express: files, counts, clicks, codes.
 
 
-# Of those whose name does not say it.
+# Number of markers of dictionaries whose name does not contain it.
 DICTIONARY_SIZES = {
     "ARUCO_ORIGINAL": 1024,
     "APRILTAG_16h5": 30,
@@ -38,7 +38,7 @@ DICTIONARY_SIZES = {
 
 
 def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
-    """Yield each fault as (path of the field, what was found and what to do).
+    """Yield each fault of a set as (path of the field, problem and what to do).
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
         target.rows is None
     ):
         unknown = "columns" if target.columns is None else "rows"
-        fault = "found null beside a known count; give both counts, or null for both"
+        fault = "null, but the other count is known; give both counts, or null for both"
         yield ("target", unknown), fault
     if isinstance(target, Charuco):
         yield from _marker_faults(target)
@@ -63,7 +63,7 @@ def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
         yield from _monitor_chessboard_faults(image_set)
     yield from _repeated_labels(image_set.views)
     yield from _file_faults(image_set)
-    yield from _repeated_photographs(image_set)
+    yield from _repeated_images(image_set)
     for index, view in enumerate(image_set.views):
         path = ("views", index)
         if view.outer_corners is not None:
@@ -77,16 +77,16 @@ def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
 
 def _marker_faults(target):
     if target.marker_mm >= target.pitch_mm:
-        fault = f"found {target.marker_mm:g}, which does not fit into a square of"
-        fault = f"{fault} {target.pitch_mm:g}; give the side of a marker, without rim"
+        sizes = f"{target.marker_mm:g} mm is not below pitch_mm {target.pitch_mm:g} mm"
+        fault = f"{sizes}; give the side of a marker without its white border"
         yield ("target", "marker_mm"), fault
-    most = DICTIONARY_SIZES.get(target.dictionary)
-    if most is None:
-        most = int(target.dictionary.split("_")[1])
-    if target.marker_count > most:
-        fault = f"found {target.dictionary}, which has {most} markers; the board's"
-        fault = f"{fault} {target.marker_count} white squares need as many"
-        yield ("target", "dictionary"), f"{fault}; mend it, or columns and rows"
+    size = DICTIONARY_SIZES.get(target.dictionary)
+    if size is None:
+        size = int(target.dictionary.split("_")[1])
+    if target.marker_count > size:
+        fault = f"{target.dictionary} has {size} markers for {target.marker_count}"
+        advice = "correct dictionary, or columns and rows"
+        yield ("target", "dictionary"), f"{fault} white squares; {advice}"
 
 
 def _monitor_chessboard_faults(image_set):
@@ -95,16 +95,16 @@ def _monitor_chessboard_faults(image_set):
     if board is None:
         index = next((i for i, name in enumerate(shown) if name), None)
         if index is not None:
-            fault = "found, but no target.chessboard; say there what it shows"
+            fault = "target.chessboard is missing; add columns, rows and pitch_px there"
             yield ("views", index, "chessboard"), fault
         return
     squares = np.array([board.columns, board.rows]) * board.pitch_px
     low, high = np.array(board.origin_px) - board.pitch_px, board.origin_px + squares
     if np.any(low < 0) or np.any(high > target.monitor_px):
         width, height = target.monitor_px
-        fault = f"its squares reach from {low.tolist()} to {high.tolist()}, beyond the"
-        fault = f"{fault} monitor of {width} x {height} px; mend origin_px or pitch_px"
-        yield ("target", "chessboard"), fault
+        fault = f"squares from {low.tolist()} to {high.tolist()} px exceed the monitor"
+        advice = "correct origin_px or pitch_px"
+        yield ("target", "chessboard"), f"{fault} of {width} x {height} px; {advice}"
 
 
 def _repeated_labels(views):
@@ -113,34 +113,35 @@ def _repeated_labels(views):
         earlier = first.setdefault(view.label, index)
         if earlier != index:
             key = "image" if view.image else "name"
-            fault = f"found {shown(view.label)}, which views[{earlier}] has already"
+            fault = f"{shown(view.label)} is the {key} of views[{earlier}] as well"
             yield ("views", index, key), f"{fault}; list each view once"
 
 
-def _repeated_photographs(image_set):
-    """A photograph under two names, which would be fitted and kept out at once.
+def _repeated_images(image_set):
+    """Yield a fault for each image under two names.
 
-    The file itself decides, not its name: ./a.jpg, a link, A.JPG where it is the same.
-    An active grid shows something else in each of its photographs.
+    It could be used for calibration and for evaluation at once. Files are compared, not
+    names: ./a.jpg, a link, A.JPG on some file systems. Each image of an active grid
+    shows another pattern.
     """
     first = {}
-    for path, name in _photographs(image_set.views):
+    for path, name in _images(image_set.views):
         try:
             found = (image_set.folder / name).stat()
         except (OSError, ValueError):
-            continue  # told as missing
+            continue  # reported as missing
         earlier, other = first.setdefault((found.st_dev, found.st_ino), (path, name))
         if earlier == path or (path[2] == "image" and other == name):
-            continue  # the first one, or a label that is told as repeated
+            continue  # the first one, or a label that is reported as repeated
         where = f"views[{earlier[1]}]"
         if len(earlier) > 3:
             where += f".patterns[{earlier[3]}]"
-        fault = f"found {shown(name)}, the same file as {shown(other)} of {where}"
+        fault = f"{shown(name)} is the same file as {shown(other)} of {where}"
         yield path, f"{fault}; list it once"
 
 
-def _photographs(views):
-    """(path of the field, name of the file) of all photographs."""
+def _images(views):
+    """Yield (path of the field, name of the file) of all images."""
     for index, view in enumerate(views):
         for key in ("image", "white", "black", "chessboard"):
             if getattr(view, key):
@@ -150,7 +151,7 @@ def _photographs(views):
 
 
 def _file_faults(image_set):
-    for path, name in _photographs(image_set.views):
+    for path, name in _images(image_set.views):
         yield from _missing(path, name, image_set.folder)
     if image_set.reference is not None:
         yield from _missing(("reference",), image_set.reference, image_set.folder)
@@ -167,7 +168,7 @@ def _missing(path, name, folder):
     except OSError:
         found = False
     if not found:
-        advice = "add it or mend the name"
+        advice = "add the file or correct the name"
         if "\\" in name:
             advice += ", with / between folders"
         yield path, f"no file {shown(name)} in {folder}; {advice}"
@@ -179,55 +180,55 @@ def _leaves_folder(name):
 
 
 def _outside(name):
-    return f"found {shown(name)}; name a file inside the set's folder, without .. or /"
+    return f"{shown(name)} is outside the set's folder; give a path without .. or root"
 
 
 def _outer_corner_faults(path, view, size):
     outside = list(_points_outside(path, view.outer_corners, size))
     yield from outside
     if not outside and _turns(np.array(view.outer_corners)).min() <= 0:
-        fault = "the four points do not go once around clockwise as seen in the image"
+        fault = "the four points are not in clockwise order in the image"
         yield path, f"{fault}; list them clockwise from the first corner"
 
 
 def _points_outside(path, points, size):
-    """A fault for the first point that lies outside the image."""
+    """Yield a fault for the first point outside the image."""
     corners = np.array(points)
     inside = np.all((corners >= -0.5) & (corners <= np.array(size) - 0.5), axis=1)
     if not inside.all():
         index = int(np.argmin(inside))
         found = list(points[index])
-        fault = f"found {found}, outside the image of {size[0]} x {size[1]}"
-        yield (*path, index), f"{fault}; give (u, v) in pixels from the top left"
+        fault = f"{found} is outside the image of {size[0]} x {size[1]} px"
+        yield (*path, index), f"{fault}; give (u, v) in px from the top left"
 
 
 def _contour_faults(path, view, image_set):
     columns, rows = image_set.target.columns, image_set.target.rows
     if view.outer_corners is None:
-        yield path, "found, but no outer_corners; give the four clicks as well"
+        yield path, "outer_corners are missing; add the four corners"
         return
     if columns is None:
-        yield path, "found, but target.columns is null; give columns and rows as well"
+        yield path, "target.columns is null; give columns and rows as well"
         return
     counts = {f"side {i}": (rows, columns)[i % 2] for i in range(1, 5)}
     counts |= {f"column {k}": rows for k in range(2, columns)}
     for name, points in view.contours:
         if name not in counts:
-            fault = f"the board has columns 2 to {columns - 1} between sides 4 and 2"
-            yield (*path, name), f"{fault}; mend the number"
+            fault = f"not a column of the board; give 2 to {columns - 1}"
+            yield (*path, name), f"{fault}, between sides 4 and 2"
         elif len(points) != counts[name]:
-            fault = f"found {len(points)} points; give its {counts[name]} corners"
-            yield (*path, name), f"{fault}, both ends included"
+            fault = f"{len(points)} points; give its {counts[name]} corners"
+            yield (*path, name), f"{fault}, including both ends"
         else:
             size = image_set.width, image_set.height
             yield from _points_outside((*path, name), points, size)
 
 
 def _turns(corners):
-    """Sign of the turn at each corner of a polygon; positive = clockwise (v down)."""
-    ahead = np.roll(corners, -1, axis=0) - corners
-    after = np.roll(ahead, -1, axis=0)
-    return ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0]
+    """Return the signed area at each corner of a polygon; clockwise is positive."""
+    side = np.roll(corners, -1, axis=0) - corners
+    after = np.roll(side, -1, axis=0)
+    return side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
 
 
 SCHEMA = Path(__file__).with_name("image_set.schema.json")
@@ -252,16 +253,17 @@ def load_set(folder: str | Path) -> ImageSet:
     ------
     InputError
         If the folder is no set, the YAML cannot be read, keys are unknown, missing or
-        wrong, or named files are missing. The message has one line: file, field, what
-        was found, what to do.
+        wrong, or named files are missing. The message has one line: file, field,
+        problem, what to do.
     """
     folder = Path(folder)
     description = folder / DESCRIPTION
     if not folder.is_dir():
-        what = "a file" if folder.is_file() else "nothing"
-        raise InputError(f"{folder}: found {what}; give the folder of an image set")
+        fault = "is a file" if folder.is_file() else "no such folder"
+        raise InputError(f"{folder}: {fault}; give the folder of an image set")
     if not description.is_file():
-        raise InputError(f"{folder}: no {DESCRIPTION} in it; not an image set")
+        fault = f"not an image set (no {DESCRIPTION})"
+        raise InputError(f"{folder}: {fault}; give a folder with a {DESCRIPTION}")
     return _checked(read_yaml(description), folder)
 
 
@@ -390,7 +392,7 @@ def _float(value):
 
 
 def _plain(image_set):
-    """The set as set.yaml holds it: dicts, lists, numbers and texts."""
+    """Return the set as in set.yaml: dicts, lists, numbers and texts."""
     data = {"raxel_set": 1, "name": image_set.name}
     if image_set.camera:
         data["camera"] = image_set.camera

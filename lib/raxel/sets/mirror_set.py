@@ -1,9 +1,9 @@
-"""The mirror set, version 1: what is photographed to calibrate a bending mirror.
+"""The mirror set, version 1: the images for the calibration of a flexible mirror.
 
-A folder with a mirror.yaml, and image sets in folders of their own: a board that the
-camera sees directly, an active grid in two positions or more seen in the mirror and
-seen in a flat one, the board that the flat mirror lies on, and a board seen in the
-mirror before and after each deflection (thesis 5.2).
+A folder with a mirror.yaml, and image sets in separate folders: a board that the camera
+views directly, an active grid in two positions or more that it views in the flexible
+mirror and in a flat reference mirror, the board under the flat mirror, and a board in
+the flexible mirror before and after each deflection (thesis 5.2).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from raxel.sets.model import ActiveGrid, ImageSet
 
 DESCRIPTION = "mirror.yaml"
 SCHEMA = Path(__file__).with_name("mirror_set.schema.json")
-PICKED_SD_PX = 1.0  # of a point that a person picks on an edge
-LEAST_POSITIONS = 2
+PICKED_SD_PX = 1.0  # of a point picked by hand on an edge
+MIN_N_POSITIONS = 2
 OF_PRIMARY = ("grids", "platter", "plate")
 
 
 @dataclass(frozen=True)
 class PickedClamp:
-    """Describe where the mirror is held, as the mirror shows it before it bends.
+    """Describe the clamp of the mirror in an image before the first deflection.
 
     Attributes
     ----------
@@ -34,8 +34,8 @@ class PickedClamp:
     sd_px : float
         Standard deviation of the points across the edge, px.
     hidden_mm : float
-        Largest distance, mm, by which the edge may lie in front of the true clamp,
-        where a holder hides the clamp.
+        Largest distance, mm, from the edge to the true clamp, where a holder occludes
+        the clamp.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -82,7 +82,7 @@ class MirrorSet:
     thickness_mm : float
         Thickness of the flat reference mirror, mm.
     clamp : PickedClamp
-        Where the mirror is held.
+        Clamp of the mirror.
     stages : ImageSet
         Images of a board.
     steps : tuple of MirrorStep
@@ -176,11 +176,12 @@ def load_mirror_set(folder: str | Path) -> MirrorSet:
     ------
     InputError
         As `load_set`, and if the image sets do not fit together. The message has one
-        line: file, field, what was found, what to do.
+        line: file, field, problem, what to do.
     """
     folder = Path(folder)
     if not is_mirror_set(folder):
-        raise InputError(f"{folder}: no {DESCRIPTION} in it; not a mirror set")
+        fault = f"not a mirror set (no {DESCRIPTION})"
+        raise InputError(f"{folder}: {fault}; give a folder with a {DESCRIPTION}")
     where = folder / DESCRIPTION
     data = read_yaml(where)
     validate(data, where, SCHEMA)
@@ -226,8 +227,8 @@ def _viewer(folder, name):
     if path.suffix == ".npz":
         if not path.is_file():
             raise InputError(
-                f"{folder / DESCRIPTION}: viewer: {name} is not there; give a camera's "
-                ".npz file, or the folder of an image set"
+                f"{folder / DESCRIPTION}: viewer: no file {name}; give the .npz file "
+                "of a camera, or the folder of an image set"
             )
         return path
     return load_set(path)
@@ -238,20 +239,19 @@ def _image_set(folder, field, name):
 
 
 def _inside(folder, field, name):
-    where = f"{folder / DESCRIPTION}: {field_name(field)}: found {one_line(name)}"
+    where = f"{folder / DESCRIPTION}: {field_name(field)}: {one_line(name)}"
     parts = PureWindowsPath(name).parts
     if PureWindowsPath(name).anchor or Path(name).is_absolute() or ".." in parts:
         raise InputError(
-            f"{where}, which leads out of the set's folder; keep the image sets "
-            "beneath it"
+            f"{where} is outside the set's folder; move the image set into the folder"
         )
     if not name.isprintable():
-        raise InputError(f"{where} with a control character; rename the folder")
+        raise InputError(f"{where} has a control character; rename the folder")
     return folder / name
 
 
 def _faults(mirror_set):
-    """Each fault as (path of the field, what was found and what to do)."""
+    """Yield each fault as (path of the field, problem and what to do)."""
     yield from _size_faults(mirror_set)
     yield from _target_faults(mirror_set)
     yield from _position_faults(mirror_set)
@@ -263,9 +263,11 @@ def _size_faults(mirror_set):
     for field, image_set in mirror_set.image_sets.items():
         size = image_set.width, image_set.height
         if size != mirror_set.size:
-            fault = f"{size[0]} x {size[1]} px, but those of primary.grids are"
-            fault = f"{fault} {mirror_set.size[0]} x {mirror_set.size[1]}; take all"
-            yield (field,), f"its photographs are {fault} with one camera"
+            sizes = (
+                f"{width} x {height} px" for width, height in (size, mirror_set.size)
+            )
+            fault = "images have {}, those of primary.grids {}; use one camera"
+            yield (field,), fault.format(*sizes)
 
 
 def _target_faults(mirror_set):
@@ -273,69 +275,68 @@ def _target_faults(mirror_set):
         grid = field in ("primary.grids", "primary.platter")
         target = image_set.target
         if grid and not isinstance(target, ActiveGrid):
-            yield (field,), "its target is a board; give an active grid's image set"
+            yield (field,), "target is a board; give an image set of an active grid"
         elif not grid and isinstance(target, ActiveGrid):
-            yield (field,), "its target is an active grid; give a board's image set"
+            yield (field,), "target is an active grid; give an image set of a board"
         elif target.unit != "mm":
             unknown = "monitor_mm" if grid else "pitch_mm"
-            yield (field,), f"its target.{unknown} is null; measure it, in mm"
+            yield (field,), f"target.{unknown} is null; give the measured value in mm"
         elif not grid and target.columns is None:
-            yield (field,), "its board's columns and rows are null; give both counts"
+            yield (field,), "target.columns and rows are null; give both counts"
     if mirror_set.grids.target != mirror_set.platter.target:
-        fault = "its target is not that of primary.grids; show one monitor in both"
+        fault = "target differs from that of primary.grids; use one monitor for both"
         yield ("primary", "platter"), fault
 
 
 def _position_faults(mirror_set):
     names = [view.label for view in mirror_set.grids.views]
-    if len(names) < LEAST_POSITIONS:
-        fault = f"found {len(names)} position of the active grid; take"
-        yield ("primary", "grids"), f"{fault} {LEAST_POSITIONS} or more"
+    if len(names) < MIN_N_POSITIONS:
+        fault = f"{len(names)} position of the active grid"
+        yield ("primary", "grids"), f"{fault}; give {MIN_N_POSITIONS} or more"
     for name in names:
         if not mirror_set.platter_views(name):
-            fault = f"no view {one_line(name)}, which primary.grids has; photograph"
-            yield ("primary", "platter"), f"{fault} the grid in the flat mirror there"
+            fault = f"no view {one_line(name)} (a view of primary.grids); add the grid"
+            yield ("primary", "platter"), f"{fault} in the flat mirror at that position"
     count = len(mirror_set.platter.views)
     placed = {k for name in names for k in mirror_set.platter_views(name)}
     for k in sorted(set(range(count)) - placed):
         label = one_line(mirror_set.platter.views[k].label)
-        fault = f"view {label} is of no position of primary.grids; name it after one"
+        fault = f"view {label} has no position of primary.grids; name it after one"
         yield ("primary", "platter"), fault
     if len(mirror_set.plate.views) != count:
-        fault = f"found {len(mirror_set.plate.views)} photographs of the board for"
-        fault = f"{fault} {count} views of primary.platter"
-        yield ("primary", "plate"), f"{fault}; give one for each, in their order"
+        fault = f"{len(mirror_set.plate.views)} images for {count} views of platter"
+        yield ("primary", "plate"), f"{fault}; give one per view, in their order"
 
 
 def _clamp_faults(mirror_set):
     points = mirror_set.clamp.points
     if len(set(points)) < 2:
-        yield ("clamp", "points"), "all are one point; pick them along the edge"
+        yield ("clamp", "points"), "all points are equal; pick points along the edge"
     width, height = mirror_set.size
     for k, (u, v) in enumerate(points):
         if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
-            fault = f"found [{u:g}, {v:g}], outside an image of {width} x {height} px"
-            yield ("clamp", "points", k), f"{fault}; pick it in the image"
+            fault = f"[{u:g}, {v:g}] is outside the image of {width} x {height} px"
+            yield ("clamp", "points", k), f"{fault}; pick a point in the image"
 
 
 def _step_faults(mirror_set):
     known = [view.label for view in mirror_set.stages.views]
     state_of = {}
     for k, step in enumerate(mirror_set.steps):
-        for key, name, state in _photographs(step, k):
+        for key, name, state in _images(step, k):
             path = ("stages", "steps", k, key)
             if name not in known:
-                fault = f"found {one_line(name)}, which is no view of"
-                fault = f"{fault} {one_line(mirror_set.stages.name)}"
-                yield path, f"{fault}; add it to the views there, or mend the name"
+                where = one_line(mirror_set.stages.name)
+                fault = f"{one_line(name)} is not a view of {where}"
+                yield path, f"{fault}; add it to the views, or correct the name"
             elif state_of.setdefault(name, state) != state:
-                fault = f"found {one_line(name)}, taken after {state_of[name]}"
-                fault = f"{fault} deflections elsewhere and after {state} here"
-                yield path, f"{fault}; an image shows one state of the mirror"
+                states = f"{state_of[name]} deflections elsewhere, after {state} here"
+                fault = f"{one_line(name)} is taken after {states}"
+                yield path, f"{fault}; use an image for one state of the mirror"
 
 
-def _photographs(step, k):
-    """(key, name, deflections before it) of the photographs of step k."""
+def _images(step, k):
+    """Yield (key, name, deflections before it) of the images of step k."""
     yield "before", step.before, k
     yield "after", step.after, k + 1
     for name in step.evaluate:

@@ -1,4 +1,4 @@
-"""What an image set is in memory: target, views, files, all unchangeable."""
+"""Image sets in memory: target, views and files, all immutable."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Chessboard:
         """
         columns, rows = self.columns or columns, self.rows or rows
         if columns is None or rows is None:
-            raise ValueError("the board's columns and rows are unknown")
+            raise ValueError("columns and rows of the board are unknown; give both")
         y, x = np.mgrid[0:rows, 0:columns]
         return np.column_stack((x.ravel(), y.ravel())) * float(self.pitch_mm or 1)
 
@@ -354,13 +354,12 @@ class ImageSet:
         return tuple(view for view in self.views if view.use == use)
 
 
-# How sure is a corner? Its standard deviation, from the detector to the calibration.
-# One rule for every `sd` beside corners (N, 2): an array (N,) in px, the standard
-# deviation of the position along each axis (root mean square of both); NaN for a
-# corner whose own nobody knows; 0 where the corner is true by construction; None in
-# place of the array where nobody states any. It says what noise does and is no weight
-# yet. In files it is a list of numbers and nulls, one number for all corners, or
-# null.
+# Standard deviations of corners, from the detector to the calibration. One rule for
+# every `sd` of corners (N, 2): an array (N,) in px, the standard deviation of the
+# position along each axis (root mean square of both); NaN where it is unknown; 0 where
+# the corner is exact by construction; None in place of the array without any. It
+# describes noise and is not a weight. In files it is a list of numbers and nulls, one
+# number for all corners, or null.
 
 
 def check_sd(where: object, sd: ArrayLike | None, count: int) -> NDArray[np.float64]:
@@ -390,8 +389,8 @@ def check_sd(where: object, sd: ArrayLike | None, count: int) -> NDArray[np.floa
     sd = np.asarray(sd, float)
     if sd.shape != (count,) or (sd < 0).any():
         raise InputError(
-            f"{where}: sd: found an array {sd.shape}; give one standard deviation for "
-            f"each of {count} corners, px, not negative, NaN where it is unknown"
+            f"{where}: sd: array {sd.shape} or a negative value; give {count} standard "
+            "deviations in px, one per corner, NaN where unknown"
         )
     return sd
 
@@ -426,8 +425,8 @@ def sd_from_plain(
     good = all(one is None or _is_spread(one) for one in values)
     if len(values) != count or not good:
         raise InputError(
-            f"{where}: give one number for all corners, or a list of {count} numbers "
-            "of 0 px or more, null where it is unknown"
+            f"{where}: invalid standard deviations; give one number in px, or a list "
+            f"of {count}, null where unknown"
         )
     return np.array(values, dtype=float)
 
@@ -457,13 +456,15 @@ def _is_spread(value):
     return number and 0 <= value < 1e9
 
 
-# What messages call a target and what is found on it.
+# Words of messages for a target and its detected points.
 
 
 class Words(NamedTuple):
-    """target: what stands before the camera; point: what is found on it; found: what
-    became of a view that can be used; images: what a view is; check: where to look when
-    too few can."""
+    """Hold the words of messages for a kind of target.
+
+    target: its name; point: of a detected point; found: state of a usable view; images:
+    of several views; check: what to do if too few views are usable.
+    """
 
     target: str
     point: str
@@ -484,7 +485,7 @@ GRIDS = Words(
     "point",
     "grid decoded",
     "views",
-    "check exposure and order of the images; raxel decode draws what each pixel sees",
+    "check exposure and order of the images (raxel decode plots the positions)",
 )
 
 

@@ -1,8 +1,8 @@
-"""The patterns of an active grid: one plan for laboratory, decoder and command line.
+"""Patterns of an active grid: one plan for simulator, decoder and command line.
 
 Monitor pixel i covers [i, i + 1), so lengths in px count from the left or upper border
-of the lit area. A Gray code of `of` bits counts 2^of cells from there; it may be longer
-than the monitor, whose border then cuts it off.
+of the lit area. A Gray code of `of` bits counts 2^of cells from there. It may be longer
+than the monitor, whose border then truncates it.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from raxel.errors import InputError
 from raxel.sets.model import MonitorChessboard, Pattern
 
 WHITE, BLACK, CHESSBOARD = "white.png", "black.png", "chessboard.png"
-LEAST_CELL_PX = 4  # narrower ones leave nothing of a sine
-MOST_STEPS = 64
-LEAST_SQUARE_PX = 4
+MIN_CELL_PX = 4  # narrower ones do not resolve a sinusoid
+MAX_STEPS = 64
+MIN_SQUARE_PX = 4
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ def plan_of_cells(
 ) -> PatternPlan:
     """Return the plan of 3.2.2: Gray code with inverse, one sine period for each cell.
 
-    Cells are whole pixels wide, so that the edges of the code lie where sines begin.
-    The last cell may reach over the border of the monitor. With four steps these are
+    Cells are whole pixels wide, so that the edges of the code are where sinusoids
+    begin. The last cell may exceed the border of the monitor. With four steps these are
     the 20 patterns of the thesis. Orders m N +- 1 of a non-linear response disturb N
     steps (Appendix A). Four steps are disturbed by the third order, which every monitor
     has. Six steps are disturbed from the fifth order on, which usual monitors hardly
@@ -102,22 +102,22 @@ def plan_of_cells(
     >>> len(patterns_of(plan))
     20
     """
-    if not 3 <= phase_steps <= MOST_STEPS:
+    if not 3 <= phase_steps <= MAX_STEPS:
         raise InputError(
-            f"steps: found {phase_steps}; give 3 to {MOST_STEPS}, 4 as in the "
-            "thesis, 6 or more where the monitor's response is far from linear"
+            f"steps: {phase_steps} phase steps; give 3 to {MAX_STEPS} (4 as in the "
+            "thesis, 6 or more for a nonlinear monitor)"
         )
     counts: Any = (cells, cells) if np.isscalar(cells) else tuple(cells)  # type: ignore[arg-type]
     bits, widths = [], []
     limits = " and ".join(
-        f"{pixels // LEAST_CELL_PX} along {axis}"
+        f"{pixels // MIN_CELL_PX} along {axis}"
         for axis, pixels in zip("xy", monitor_px, strict=True)
     )
     for axis, count, pixels in zip("xy", counts, monitor_px, strict=True):
-        if not 1 <= count * LEAST_CELL_PX <= pixels:
+        if not 1 <= count * MIN_CELL_PX <= pixels:
             raise InputError(
-                f"cells: found {count} along {axis} on {pixels} px of the monitor; "
-                f"give 1 to {limits}, each {LEAST_CELL_PX} px or more"
+                f"cells: {count} along {axis} on {pixels} px of the monitor; give 1 "
+                f"to {limits}, each {MIN_CELL_PX} px or more"
             )
         widths.append(math.ceil(pixels / count))
         bits.append((count - 1).bit_length())
@@ -158,19 +158,19 @@ def patterns_of(plan: PatternPlan) -> list[Pattern]:
 
 
 def chessboard_of_corners(monitor_px, columns, rows):
-    """The largest chessboard of so many corners, in the middle of the monitor.
+    """Return the largest chessboard of so many corners, in the middle of the monitor.
 
     monitor_px: (width, height). Squares are whole pixels wide and as many around the
     corners as between them, so 15 x 15 corners take 16 x 16 squares. Raises InputError
-    for too few corners, and for squares of less than LEAST_SQUARE_PX.
+    for too few corners, and for squares of less than MIN_SQUARE_PX.
     """
     squares = np.array([columns, rows]) + 1
     pitch = int(min(np.array(monitor_px) // squares))
-    if min(columns, rows) < 3 or pitch < LEAST_SQUARE_PX:
+    if min(columns, rows) < 3 or pitch < MIN_SQUARE_PX:
         raise InputError(
-            f"chessboard: found {columns} x {rows} corners on a monitor of "
-            f"{monitor_px[0]} x {monitor_px[1]} px; give 3 or more each way, and "
-            f"squares of {LEAST_SQUARE_PX} px or more"
+            f"chessboard: {columns} x {rows} corners on {monitor_px[0]} x "
+            f"{monitor_px[1]} px of the monitor; give 3 or more along each axis, and "
+            f"squares of {MIN_SQUARE_PX} px or more"
         )
     origin = (np.array(monitor_px) - pitch * squares) // 2 + pitch
     return MonitorChessboard(columns, rows, float(pitch), tuple(map(float, origin)))
@@ -256,14 +256,15 @@ def pattern_image(pattern: Pattern, monitor_px: tuple[int, int]) -> NDArray[np.u
     return np.ascontiguousarray(np.broadcast_to(line, (height, width)))
 
 
-# Faults of the patterns that an active grid's set.yaml lists: what codes lack.
+# Checks of the patterns in the set.yaml of an active grid.
 
 
-WHOLE = 1 - 1e-9  # of a monitor pixel, for widths that are no binary fractions
+# Of a monitor pixel, for widths that are not binary fractions.
+MIN_CELL_WIDTH_PX = 1 - 1e-9
 
 
 def pattern_faults(path, patterns, grid):
-    """Faults of one view, as (path of the field, what was found and what to do).
+    """Yield the faults of one view as (path of the field, problem and what to do).
 
     path: of its list of patterns; grid: the set's ActiveGrid.
     """
@@ -280,29 +281,25 @@ def _number(pattern):
 
 
 def _numbers(path, patterns):
-    """Bits and steps beyond their count, and patterns that are there twice."""
-    seen = {}
+    """Yield faults of bits and steps beyond their count, and of repeated patterns."""
+    first = {}
     for index, pattern in enumerate(patterns):
         number, key = _number(pattern), "bit" if pattern.kind == "gray" else "step"
         if number >= pattern.of:
-            fault = (
-                f"found {number}, but there are {pattern.of} (0 to {pattern.of - 1})"
-            )
-            yield (*path, index, key), f"{fault}; mend {key} or of"
+            fault = f"{number} is not one of 0 to {pattern.of - 1}"
+            yield (*path, index, key), f"{fault}; correct {key} or of"
         code = pattern.axis, pattern.kind, pattern.of, pattern.inverse, pattern.periods
-        earlier = seen.setdefault((*code, number), index)
+        earlier = first.setdefault((*code, number), index)
         if earlier != index:
-            fault = (
-                f"the same pattern as patterns[{earlier}]; mend axis, {key} or inverse"
-            )
-            yield (*path, index), fault
+            fault = f"same pattern as patterns[{earlier}]"
+            yield (*path, index), f"{fault}; correct axis, {key} or inverse"
 
 
 def _gaps(path, patterns):
-    """A bit that is missing above a present one, or a missing phase step.
+    """Yield a fault for a bit missing above a present one, or a missing phase step.
 
-    Gray code is decoded from the most significant bit down: fine bits may be left out,
-    but nothing can be read below a gap.
+    Gray code is decoded from the most significant bit down: fine bits may be omitted,
+    but bits below a gap cannot be decoded.
     """
     groups = {}
     for pattern in patterns:
@@ -314,7 +311,7 @@ def _gaps(path, patterns):
         if gap is not None:
             name = "bit" if kind == "gray" else "step"
             fault = f"{kind} code of axis {axis} lacks {name} {gap} of {of}"
-            yield path, f"{fault}; add its image or leave that code out"
+            yield path, f"{fault}; add its image or remove this code"
 
 
 def _inverses_alone(path, patterns):
@@ -328,42 +325,46 @@ def _inverses_alone(path, patterns):
 
 
 def _several_codes(path, patterns):
-    """Two Gray codes along one axis, or sines of the same periods that differ in their
-    count of steps or where they begin."""
+    """Yield faults of several codes along one axis.
+
+    Two Gray codes, or sinusoids of one period with different steps or offsets.
+    """
     first = {}
     for index, pattern in enumerate(patterns):
-        said = {"of": pattern.of}
+        fields = {"of": pattern.of}
         if pattern.kind == "gray":
-            said["cell_px"] = pattern.cell_px
+            fields["cell_px"] = pattern.cell_px
         else:
-            said["offset"] = pattern.offset
+            fields["offset"] = pattern.offset
         code = pattern.axis, pattern.kind, pattern.periods
-        earlier, before = first.setdefault(code, (index, said))
-        for key in (key for key in said if said[key] != before[key]):
-            fault = f"found {_told(said[key])}, but {_told(before[key])} in "
-            fault = f"{fault}patterns[{earlier}] of the same code; give one code along "
-            yield (*path, index, key), f"{fault}each axis"
+        earlier, before = first.setdefault(code, (index, fields))
+        for key in (key for key in fields if fields[key] != before[key]):
+            fault = (
+                f"{_number_text(fields[key])} differs from {_number_text(before[key])}"
+            )
+            where = f"patterns[{earlier}] of the same code"
+            yield (*path, index, key), f"{fault} in {where}; give one code per axis"
 
 
-def _told(value):
+def _number_text(value):
     return "none" if value is None else f"{value:g}"
 
 
 def _extent(path, pattern, monitor_px):
-    """A code that the monitor cannot show, or that does not reach across it."""
+    """Yield a fault for a code too fine for the monitor, or narrower than it."""
     pixels = monitor_px["xy".index(pattern.axis)]
     if pattern.kind == "phase":
         if 2 * pattern.periods > pixels:
-            fault = f"found {pattern.periods:g} periods on {pixels} px of the monitor"
-            fault = f"{fault}, which shows at most {pixels // 2}; mend periods or "
-            yield (*path, "periods"), f"{fault}target.monitor_px"
+            fault = f"{pattern.periods:g} periods on {pixels} px of the monitor"
+            advice = f"give at most {pixels // 2}, or correct target.monitor_px"
+            yield (*path, "periods"), f"{fault}; {advice}"
         return
     cell = cell_width(pattern, monitor_px)
-    if cell < WHOLE:
-        fault = f"found {2**pattern.of} cells on {pixels} px of the monitor, {cell:.3g}"
-        fault = f"{fault} px each; give cell_px: 1 where the code counts pixels, or"
-        yield (*path, "of"), f"{fault} mend of"
-    elif cell * 2**pattern.of < WHOLE * pixels:
-        fault = f"found cells of {cell:g} px, and {2**pattern.of} of them do not reach"
-        fault = f"{fault} across {pixels} px of the monitor; mend cell_px, of or "
-        yield (*path, "cell_px"), f"{fault}target.monitor_px"
+    if cell < MIN_CELL_WIDTH_PX:
+        fault = f"{2**pattern.of} cells of {cell:.3g} px on {pixels} px of the monitor"
+        advice = "correct of, or give cell_px: 1 if the code counts pixels"
+        yield (*path, "of"), f"{fault}; {advice}"
+    elif cell * 2**pattern.of < MIN_CELL_WIDTH_PX * pixels:
+        fault = f"{2**pattern.of} cells of {cell:g} px do not cover {pixels} px of the"
+        advice = "correct cell_px, of or target.monitor_px"
+        yield (*path, "cell_px"), f"{fault} monitor; {advice}"

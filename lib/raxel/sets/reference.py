@@ -1,4 +1,4 @@
-"""Corners found by others (corners.json of a set): for scoring only."""
+"""Reference corners of a set (corners.json), for scoring only."""
 
 from __future__ import annotations
 
@@ -72,17 +72,17 @@ def load_reference(image_set: ImageSet) -> dict[str, ReferenceCorners]:
 
 def _one(path, field, entry, columns, rows):
     if not isinstance(entry, dict) or "corners" not in entry:
-        raise InputError(f"{path}: {field}.corners: key missing; give the corners")
+        raise InputError(f"{path}: {field}.corners: key missing; add the corners")
     corners = _points(path, f"{field}.corners", entry["corners"], columns * rows)
     certain = np.isfinite(corners).all(axis=1)
     for key in ("uncertain", "missing"):
-        left_out = entry.get(key, [])
-        _check_indices(path, f"{field}.{key}", left_out, len(corners))
-        certain[left_out] = False
+        indices = entry.get(key, [])
+        _check_indices(path, f"{field}.{key}", indices, len(corners))
+        certain[indices] = False
     if not certain.any():
         raise InputError(
-            f"{path}: {field}.corners: none is given and certain, so nothing can be "
-            "compared; give one at least, or take the image out"
+            f"{path}: {field}.corners: no certain corner; give one or more, or remove "
+            "the image"
         )
     spread = _spread(path, f"{field}.spread_max_px", entry.get("spread_max_px"))
     tolerance = 2 * spread if 0.5 <= spread <= 1 else 1.0
@@ -92,16 +92,15 @@ def _one(path, field, entry, columns, rows):
 
 def _points(path, field, points, count):
     if not isinstance(points, list) or len(points) != count:
-        found = f"{len(points)} corners" if isinstance(points, list) else "no list"
-        raise InputError(
-            f"{path}: {field}: found {found}; give columns x rows = {count}"
-        )
+        found = f"{len(points)} corners" if isinstance(points, list) else "not a list"
+        raise InputError(f"{path}: {field}: {found}; give columns x rows = {count}")
     array = np.full((count, 2), np.nan)
     for index, point in enumerate(points):
         if point is None or point == [None, None]:
             continue
         if not isinstance(point, list) or len(point) != 2 or not all(map(_real, point)):
-            raise InputError(f"{path}: {field}[{index}]: no point; give [x, y] or null")
+            fault = "not a point; give [x, y] or null"
+            raise InputError(f"{path}: {field}[{index}]: {fault}")
         array[index] = point
     return array
 
@@ -112,14 +111,15 @@ def _check_indices(path, field, indices, count):
         for i in indices
     )
     if not good:
-        raise InputError(f"{path}: {field}: give indices of corners, 0 to {count - 1}")
+        fault = f"not a list of indices; give indices of corners, 0 to {count - 1}"
+        raise InputError(f"{path}: {field}: {fault}")
 
 
 def _spread(path, field, spread):
     if spread is None:
         return 0.0
     if not _real(spread):
-        raise InputError(f"{path}: {field}: no number; give the spread in px")
+        raise InputError(f"{path}: {field}: not a number; give the spread in px")
     return float(spread)
 
 
@@ -127,7 +127,8 @@ def _count(path, data, key):
     value = data.get(key) if isinstance(data, dict) else None
     if not isinstance(value, int) or isinstance(value, bool) or not 3 <= value <= 1000:
         raise InputError(
-            f"{path}: {key}: give the number of interior corners, 3 to 1000"
+            f"{path}: {key}: missing or invalid; give the number of interior corners, "
+            "3 to 1000"
         )
     return value
 
@@ -135,7 +136,8 @@ def _count(path, data, key):
 def _mapping(path, data, key):
     value = data.get(key)
     if not isinstance(value, dict):
-        raise InputError(f"{path}: {key}: give a mapping from image name to corners")
+        fault = "missing or not a mapping; give corners by image name"
+        raise InputError(f"{path}: {key}: {fault}")
     return value
 
 

@@ -9,7 +9,7 @@ import pytest
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment, report
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.places import pixels_of
+from raxel.features.active_grid.positions import pixels_of
 from raxel.geometry.homography import apply_homography
 from raxel.lab.sensor import Sensor
 from repro.run.outcomes import Plan

@@ -26,7 +26,6 @@ from raxel.show import (
     board,
     framed,
     html,
-    image,
     image_array,
 )
 from raxel.show import rendering as page

@@ -4,7 +4,7 @@ from .coding import phase_weights as phase_weights
 from .decoding import REASONS as REASONS
 from .decoding import Decoded as Decoded
 from .decoding import decode as decode
-from .places import nearest_pixels as nearest_pixels
-from .places import pixels_of as pixels_of
-from .places import points_at as points_at
+from .positions import nearest_pixels as nearest_pixels
+from .positions import pixels_of as pixels_of
+from .positions import points_at as points_at
 from .view import decode_view as decode_view

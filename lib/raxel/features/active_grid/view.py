@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.active_grid.checks.doubts import clipped_at, examine
+from raxel.features.active_grid.checks.diagnostics import clipped_at, examine
 from raxel.features.active_grid.coding import ALONE, BORDER, FILLED
 from raxel.features.active_grid.decoding import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
@@ -153,12 +153,14 @@ def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
         raise InputError(f"{where}: {fault}") from fault
     found, isolated = without_isolated_pixels(found)
     found = replace(found, sigma=checked.widened(found.sigma))
-    doubts = checked.doubts
-    reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
+    diagnostics = checked.diagnostics
+    reason = next(
+        (diagnostic.text for diagnostic in diagnostics if diagnostic.invalidates), ""
+    )
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
         reason = f"no pixel could be decoded ({', '.join(reasons)})"
-    lines = [d.text for d in doubts if not d.spoils]
+    lines = [d.text for d in diagnostics if not d.invalidates]
     if found.blur_px is None and options.get("margin_px") is None:
         lines.append(
             f"blur not measurable (too few edges of Gray code); the margin of "

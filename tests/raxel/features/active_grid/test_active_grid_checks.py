@@ -14,12 +14,12 @@ import pytest
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks import phases as edges
 from raxel.features.active_grid.checks.code import sampled
-from raxel.features.active_grid.checks.doubts import clipped_at, examine
+from raxel.features.active_grid.checks.diagnostics import clipped_at, examine
 from raxel.features.active_grid.checks.motion import SINE_TO_SIGMA
 from raxel.features.active_grid.checks.phases import (
-    _offset_doubts,
+    _offset_diagnostics,
     _windows,
-    edge_doubts,
+    edge_diagnostics,
 )
 from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
 from raxel.features.active_grid.coding import read_coding
@@ -36,15 +36,15 @@ def scene(steps=4, seed=0, **changes):
     return drawn(**USUAL | changes, steps=steps, seed=seed)
 
 
-def doubts(images, patterns, grid, **levels):
+def diagnostics(images, patterns, grid, **levels):
     found = decode(images, patterns, grid, **levels)
-    return examine(images, patterns, grid, found, **levels).doubts
+    return examine(images, patterns, grid, found, **levels).diagnostics
 
 
 def first(images, steps=4, patterns=None, **levels):
     """The first Doubt about images of the usual scene."""
     one = scene(steps)
-    return doubts(images, patterns or one.patterns, one.grid, **levels)[0]
+    return diagnostics(images, patterns or one.patterns, one.grid, **levels)[0]
 
 
 def number(name, steps=4):
@@ -99,7 +99,7 @@ def ball(u, v, monitor):
 def test_good_images_raise_no_doubt(changes, seed):
     one = drawn(**{**USUAL, "seed": seed, **changes})
     levels = {"white": one.white, "black": one.black} if seed else {}
-    assert doubts(one.images, one.patterns, one.grid, **levels) == []
+    assert diagnostics(one.images, one.patterns, one.grid, **levels) == []
 
 
 @pytest.mark.parametrize("power", [0.45, 2.2])
@@ -110,7 +110,7 @@ def test_tone_curves_raise_no_doubt(power, changes):
     """They leave harmonics in the sines, and lines along the edges of the code."""
     one = drawn(**{**USUAL, "noise": 1.0, "blur": 1.5, "tilt": 0.4, **changes})
     images = np.rint(255 * (one.images / 255) ** power).astype(np.uint8)
-    assert doubts(images, one.patterns, one.grid) == []
+    assert diagnostics(images, one.patterns, one.grid) == []
 
 
 @pytest.mark.parametrize(
@@ -128,14 +128,17 @@ def test_subsets_in_any_order_raise_no_doubt(kept):
     keep = np.random.default_rng(0).permutation(keep)
     patterns = [one.patterns[k] for k in keep]
     levels = {"white": one.white, "black": one.black}
-    assert doubts(one.images[keep], patterns, one.grid, **levels) == []
+    assert diagnostics(one.images[keep], patterns, one.grid, **levels) == []
 
 
 def test_light_that_differs_by_half_a_percent_spoils_nothing():
     one = scene()
     gains = 1 + 0.005 * np.sin(np.arange(len(one.images)))
     images = (one.images * gains[:, None, None]).astype(np.uint8)
-    assert not any(doubt.spoils for doubt in doubts(images, one.patterns, one.grid))
+    assert not any(
+        diagnostic.invalidates
+        for diagnostic in diagnostics(images, one.patterns, one.grid)
+    )
 
 
 def test_facets_at_angles_of_their_own_agree():
@@ -181,10 +184,10 @@ def test_images_in_each_others_place(steps, pairs, code, named):
     for names in pairs:
         own = [number(name, steps) for name in names]
         images[own] = images[own[::-1]]
-    doubt = first(images, steps)
-    assert (doubt.code, doubt.spoils) == (code, True)
-    assert named in doubt.text
-    assert "\n" not in doubt.text
+    diagnostic = first(images, steps)
+    assert (diagnostic.code, diagnostic.invalidates) == (code, True)
+    assert named in diagnostic.text
+    assert "\n" not in diagnostic.text
 
 
 @pytest.mark.parametrize("steps", [3, 4, 6])
@@ -207,9 +210,9 @@ def test_an_image_taken_while_the_monitor_showed_another(steps, places, code):
     for name, other in places.items():
         shown = scene(steps, seed=1).images[number(other, steps)]
         images[number(name, steps)] = shown
-    doubt = first(images, steps)
-    assert (doubt.code, doubt.spoils) == (code, True)
-    assert all(f"{name}.png" in doubt.text for name in places)
+    diagnostic = first(images, steps)
+    assert (diagnostic.code, diagnostic.invalidates) == (code, True)
+    assert all(f"{name}.png" in diagnostic.text for name in places)
 
 
 @pytest.mark.parametrize("change", [lambda k: -k % 6, lambda k: (k + 1) % 6])
@@ -217,8 +220,11 @@ def test_steps_against_the_code(change):
     images = scene(6).images.copy()
     own = [number(f"phase-x-{k}", 6) for k in range(6)]
     images[own] = images[[own[change(k)] for k in range(6)]]
-    doubt = first(images, 6)
-    assert (doubt.code, doubt.spoils) == ("reversed" if change(1) == 5 else "offset", 1)
+    diagnostic = first(images, 6)
+    assert (diagnostic.code, diagnostic.invalidates) == (
+        "reversed" if change(1) == 5 else "offset",
+        1,
+    )
 
 
 def test_other_faults_of_single_images():
@@ -232,11 +238,15 @@ def test_other_faults_of_single_images():
         first(level),
         first(one.images, white=one.black, black=one.white),
     ]
-    assert [doubt.code for doubt in found] == ["same-image", "no-sines", "white-black"]
-    assert all(doubt.spoils for doubt in found)
+    assert [diagnostic.code for diagnostic in found] == [
+        "same-image",
+        "no-sines",
+        "white-black",
+    ]
+    assert all(diagnostic.invalidates for diagnostic in found)
     clipped = np.clip(1.35 * one.images.astype(float), 0, 255).astype(np.uint8)
-    (doubt,) = doubts(clipped, one.patterns, one.grid)
-    assert (doubt.code, doubt.spoils) == ("overexposed", False)
+    (diagnostic,) = diagnostics(clipped, one.patterns, one.grid)
+    assert (diagnostic.code, diagnostic.invalidates) == ("overexposed", False)
 
 
 @pytest.mark.parametrize(
@@ -248,8 +258,8 @@ def test_lengths_in_the_file_that_the_images_do_not_show(wrong):
         replace(p, **wrong) if p.axis == "x" and getattr(p, key) else p
         for p in one.patterns
     ]
-    doubt = first(one.images, patterns=patterns)
-    assert (doubt.code, doubt.spoils) == ("period", True)
+    diagnostic = first(one.images, patterns=patterns)
+    assert (diagnostic.code, diagnostic.invalidates) == ("period", True)
 
 
 def test_a_code_that_leaves_the_monitor():
@@ -259,8 +269,8 @@ def test_a_code_that_leaves_the_monitor():
     patterns = [
         replace(one.patterns[k], cell_px=2 * one.patterns[k].cell_px) for k in own
     ]
-    doubt = first(one.images[own], patterns=patterns)
-    assert (doubt.code, doubt.spoils) == ("beside-monitor", True)
+    diagnostic = first(one.images[own], patterns=patterns)
+    assert (diagnostic.code, diagnostic.invalidates) == ("beside-monitor", True)
 
 
 @pytest.mark.parametrize("steps", [5, 6])
@@ -268,9 +278,9 @@ def test_an_offset_that_is_not_stated_is_measured(steps):
     plan = plan_of_cells((200, 144), 8, steps, 0.25)
     one = drawn(plan=plan, noise=1.0, blur=1.0)
     patterns = [replace(p, offset=0.0) for p in one.patterns]
-    doubt = doubts(one.images, patterns, one.grid)[0]
-    assert (doubt.code, doubt.spoils) == ("offset", True)
-    assert "give offset: 0.25 " in doubt.text
+    diagnostic = diagnostics(one.images, patterns, one.grid)[0]
+    assert (diagnostic.code, diagnostic.invalidates) == ("offset", True)
+    assert "give offset: 0.25 " in diagnostic.text
 
 
 @pytest.mark.parametrize(("slope", "falls"), [(0.0, False), (-0.1, True)])
@@ -280,8 +290,8 @@ def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
     along = np.where(np.arange(300) % 3 == 0, 0.1, slope)
     sample = SimpleNamespace(names=[p.image for p in one.patterns], codes=codes)
     ones = np.ones(300, complex)
-    found = list(edge_doubts(sample, 0, ones, ones, along))
-    assert [doubt.code for doubt in found] == ["reversed"] * falls
+    found = list(edge_diagnostics(sample, 0, ones, ones, along))
+    assert [diagnostic.code for diagnostic in found] == ["reversed"] * falls
 
 
 # ------------------------------------------------------------ movement, light, levels
@@ -300,16 +310,16 @@ def test_a_camera_that_moved(begin, end, shift, code, named):
     images = scene().images.copy()
     for image in images[begin:end]:
         image[:] = np.roll(image, shift, (0, 1))
-    doubt = first(images)
-    assert (doubt.code, doubt.spoils) == (code, True)
-    assert named in doubt.text
+    diagnostic = first(images)
+    assert (diagnostic.code, diagnostic.invalidates) == (code, True)
+    assert named in diagnostic.text
     small = scene().images.copy()
     for image in small[begin:end]:
         # Half a pixel; blurred a little by it.
         turn = np.float32([[1, 0, shift[1] / 6], [0, 1, shift[0] / 6]])
         image[:] = cv2.warpAffine(image, turn, image.shape[::-1])
-    found = doubts(small, scene().patterns, scene().grid)
-    assert not any(doubt.spoils for doubt in found)
+    found = diagnostics(small, scene().patterns, scene().grid)
+    assert not any(diagnostic.invalidates for diagnostic in found)
 
 
 def test_sines_that_moved_against_the_code():
@@ -317,10 +327,12 @@ def test_sines_that_moved_against_the_code():
     one = scene(share=1.6)
     images = one.images.copy()
     images[12:] = np.roll(images[12:], 4, axis=2)
-    doubt = doubts(images, one.patterns, one.grid)[0]
-    assert (doubt.code, doubt.spoils) == ("offset", True)
+    diagnostic = diagnostics(images, one.patterns, one.grid)[0]
+    assert (diagnostic.code, diagnostic.invalidates) == ("offset", True)
     images[12:] = np.roll(one.images[12:], 1, axis=2)
-    codes = [doubt.code for doubt in doubts(images, one.patterns, one.grid)]
+    codes = [
+        diagnostic.code for diagnostic in diagnostics(images, one.patterns, one.grid)
+    ]
     assert "moved-code-phase" in codes
 
 
@@ -331,11 +343,11 @@ def test_light_that_changed(steps, name):
     images = scene(steps).images.copy()
     k = number(name, steps)
     images[k] = np.rint(0.87 * images[k])
-    doubt = first(images, steps)
-    assert (doubt.code, doubt.spoils) == ("brightness", False)
-    assert doubt.text.startswith(f"{name}.png is ")
+    diagnostic = first(images, steps)
+    assert (diagnostic.code, diagnostic.invalidates) == ("brightness", False)
+    assert diagnostic.text.startswith(f"{name}.png is ")
     images[k] = np.rint(0.6 * images[k])
-    assert first(images, steps).spoils
+    assert first(images, steps).invalidates
 
 
 @pytest.mark.parametrize(
@@ -388,7 +400,7 @@ def error(one, found):
     ],
 )
 def test_the_step_its_change_and_the_error_by_it(
-    steps, name, change, kind, size, spoils
+    steps, name, change, kind, size, invalidates
 ):
     one = scene(steps, **WIDE)
     images = one.images.copy()
@@ -413,9 +425,9 @@ def test_the_step_its_change_and_the_error_by_it(
     assert off.periods == pytest.approx(by_it, rel=0.2 if kind == MOTION else 0.15)
     stated = SINE_TO_SIGMA * off.periods * one.grid.monitor_mm[0] / 8
     assert checked.errors[0] == pytest.approx(stated, rel=1e-3)
-    assert f"{name}.png" in checked.doubts[0].text
-    spoils = off.periods > 0.01 if spoils is None else spoils
-    assert checked.doubts[0].spoils == spoils
+    assert f"{name}.png" in checked.diagnostics[0].text
+    invalidates = off.periods > 0.01 if invalidates is None else invalidates
+    assert checked.diagnostics[0].invalidates == invalidates
 
 
 @pytest.mark.parametrize(
@@ -433,7 +445,7 @@ def test_sigma_holds_what_is_not_refused(noise, change):
     images[k] = np.clip(np.rint(change(images[k].astype(float))), 0, 255)
     found = decode(images, one.patterns, one.grid)
     checked = examine(images, one.patterns, one.grid, found)
-    assert not any(doubt.spoils for doubt in checked.doubts)
+    assert not any(diagnostic.invalidates for diagnostic in checked.diagnostics)
     found = decode(images, one.patterns, one.grid, shared=checked.factors)
     off = np.abs((found.location - one.true)[INNER])
     off = off / checked.widened(found.sigma)[INNER]
@@ -466,8 +478,8 @@ def test_sines_may_begin_a_little_off_their_code_and_no_more(
     turns = off + noise * np.random.default_rng(6).normal(size=300)
     seen = np.exp(2j * np.pi * turns), np.ones(300), np.full(300, 2 * np.pi / 25)
     monkeypatch.setattr(edges, "phases_at_edges", lambda *_: seen)
-    found = list(edges.moved_doubts(sample, 0, blur_px))
-    assert [doubt.code for doubt in found] == ["moved-code-phase"] * moved
+    found = list(edges.motion_after_code(sample, 0, blur_px))
+    assert [diagnostic.code for diagnostic in found] == ["moved-code-phase"] * moved
 
 
 def test_a_phase_at_an_edge_is_taken_where_the_edge_lies():
@@ -505,7 +517,7 @@ def test_sines_may_begin_a_little_off_each_other_and_no_more(periods, begun, dou
     turns = np.float32((turns + 0.002 * rng.normal(size=turns.shape)) % 1)
     variances = np.full(turns.shape, np.float32(0.002**2))
     every = [SimpleNamespace(offset=0.0)] * 2
-    found = list(_offset_doubts(every, turns, variances, periods, "x"))
+    found = list(_offset_diagnostics(every, turns, variances, periods, "x"))
     assert len(found) == doubted
     if np.ndim(begun) == 0 and doubted:
         offset = float(found[0].text.split("give offset: ")[1].split(" ")[0])

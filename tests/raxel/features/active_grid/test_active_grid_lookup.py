@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.features.active_grid.places import pixels_of, points_at
+from raxel.features.active_grid.positions import pixels_of, points_at
 from raxel.geometry.homography import apply_homography
 
 H = np.array([[0.5, 0.03, 12.0], [-0.02, 0.55, 7.0], [2e-4, -1e-4, 1.0]])

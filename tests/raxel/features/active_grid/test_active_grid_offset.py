@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.diagnostics import examine
 from raxel.sets import plan_of_cells
 from tests.active_grids import drawn
 
@@ -21,4 +21,4 @@ def test_places_are_those_of_sines_without_offset(steps, offset):
     # Pixels at a cell's edge are half a period or more off where the phase is.
     assert np.max(off / found.sigma[found.mask]) < 6
     assert found.mask.mean() > 0.45
-    assert examine(one.images, one.patterns, one.grid, found).doubts == []
+    assert examine(one.images, one.patterns, one.grid, found).diagnostics == []

@@ -8,7 +8,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.diagnostics import examine
 from raxel.features.active_grid.coding import (
     UNKNOWN,
     phase_separation,
@@ -36,7 +36,7 @@ def told(one, patterns=None, images=None):
     images = one.images if images is None else images
     patterns = patterns or one.patterns
     found = decode(images, patterns, one.grid)
-    return examine(images, patterns, one.grid, found).doubts
+    return examine(images, patterns, one.grid, found).diagnostics
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_places_are_right_and_sigma_holds(periods, steps):
     off = np.abs((found.location - one.true)[found.mask] / found.sigma[found.mask])
     assert off.max() < 6
     assert 0.62 < np.mean(off < 1) < 0.74
-    assert examine(one.images, one.patterns, one.grid, found).doubts == []
+    assert examine(one.images, one.patterns, one.grid, found).diagnostics == []
 
 
 @pytest.mark.parametrize("smooth", [True, False])
@@ -115,11 +115,13 @@ def test_sines_that_do_not_determine_their_period(periods, noise, wrong, names, 
     """By noise, a wrong length or offset, or images in each other's place."""
     one = scene(periods, noise=noise)
     patterns = [replace(p, **wrong) if p.periods == 8 else p for p in one.patterns]
-    doubt = told(one, patterns, exchanged(one, names, others))[0]
-    assert (doubt.code, doubt.spoils) == ("periods-unknown", True)
+    diagnostic = told(one, patterns, exchanged(one, names, others))[0]
+    assert (diagnostic.code, diagnostic.invalidates) == ("periods-unknown", True)
     axis = "y" if names and names[0].startswith("sine-y") else "x"
     for count in periods:
-        assert f"sine-{axis}-{count}-0.png to sine-{axis}-{count}-3.png" in doubt.text
+        assert (
+            f"sine-{axis}-{count}-0.png to sine-{axis}-{count}-3.png" in diagnostic.text
+        )
 
 
 @pytest.mark.parametrize("offset", [0.05, -1 / 12])
@@ -127,18 +129,18 @@ def test_a_small_offset_of_all_sines_is_measured(offset):
     """It passed as sines that a response spoils, and shifted all places."""
     one = drawn(patterns=sines((8, 9), 6, offset), noise=2.0, **USUAL)
     begun_at_0 = [replace(pattern, offset=0.0) for pattern in one.patterns]
-    doubts = told(one, begun_at_0)
-    assert len(doubts) == 2
-    for doubt in doubts:
-        assert doubt.spoils
-        given = float(doubt.text.split("give offset: ")[1].split(" ")[0])
+    diagnostics = told(one, begun_at_0)
+    assert len(diagnostics) == 2
+    for diagnostic in diagnostics:
+        assert diagnostic.invalidates
+        given = float(diagnostic.text.split("give offset: ")[1].split(" ")[0])
         assert given == pytest.approx(offset % 1, abs=0.002)
 
 
 def test_sines_of_four_pixels_raise_no_doubt():
     """Of windows that hold a period and a half the mean is turned round."""
     one = scene((1, 6, 40), 4, size=(200, 150), blur=0.4)
-    assert not any(doubt.spoils for doubt in told(one))
+    assert not any(diagnostic.invalidates for diagnostic in told(one))
 
 
 @pytest.mark.parametrize("periods", [(8, 9), (3, 20), (1, 5, 14)])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.diagnostics import examine
 from raxel.features.active_grid.checks.redundancy import step_scatter
 from tests.active_grids import drawn
 
@@ -83,8 +83,10 @@ def test_sigma_is_widened_by_it(steps, what):
     off = off[np.isfinite(off)]
     assert 0.62 < np.mean(off < 1) < 0.83
     assert np.mean(off < 2) > 0.93
-    assert not any(doubt.spoils for doubt in told.doubts)
-    assert told.doubts[0].code == {"jpeg": "correlated-noise", "drift": "drift"}[what]
+    assert not any(diagnostic.invalidates for diagnostic in told.diagnostics)
+    assert (
+        told.diagnostics[0].code == {"jpeg": "correlated-noise", "drift": "drift"}[what]
+    )
     as_stated = np.abs(found.location - one.true)[inner] / found.sigma[inner]
     assert np.nanmean(as_stated < 1) < 0.55
 
@@ -109,7 +111,9 @@ def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share
     found = decode(images, one.patterns, one.grid)
     told = examine(images, one.patterns, one.grid, found)
     assert told.factors.max() < 1.25
-    assert not any(doubt.code == "correlated-noise" for doubt in told.doubts)
+    assert not any(
+        diagnostic.code == "correlated-noise" for diagnostic in told.diagnostics
+    )
 
 
 def test_white_noise_widens_nothing():

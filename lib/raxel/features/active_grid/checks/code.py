@@ -22,15 +22,15 @@ MIN_CONTRAST_SHARE = 0.1  # of the contrast of well lit pixels
 MIN_N_LIT = 500  # pixels; with fewer, nothing is checked
 
 
-class Doubt(NamedTuple):
+class Diagnostic(NamedTuple):
     """Hold a problem of the images and what to do.
 
-    code: kind of the problem, for programs; spoils: whether the decoded positions are
-    wrong; text: problem and remedy.
+    code: kind of the problem, for programs; invalidates: whether the decoded positions
+    are wrong; text: problem and remedy.
     """
 
     code: str
-    spoils: bool
+    invalidates: bool
     text: str
 
 
@@ -127,7 +127,7 @@ MIN_READ_SHARE = 0.7  # of the lit pixels, for a bit to count as visible
 DOUBLED_SHARE, MIN_SIGN_SHARE = 0.98, 0.05
 
 
-def code_doubts(sample):
+def code_diagnostics(sample):
     """Return diagnostics of the Gray codes of a Sample."""
     found = list(_not_opposite(sample))
     return found or list(_out_of_order(sample))
@@ -143,7 +143,7 @@ def _not_opposite(sample):
             both = sample.images[light] + sample.images[dark]
             excess = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
             if excess.mean() > MAX_UNEQUAL_SHARE:
-                yield Doubt(
+                yield Diagnostic(
                     "not-opposite",
                     True,
                     f"{sample.names[light]}, {sample.names[dark]}: not a pattern and "
@@ -185,18 +185,18 @@ def _out_of_order(sample):
     before, after, count = _single_changes(words, valid)
     positions = {k: position for position, k in enumerate(kept)}
     slots = [[(positions[k], False) for k in order] for order in orders]
-    doubt = _leaping(before, after, count, slots)
-    if doubt is None:
+    diagnostic = _leaping(before, after, count, slots)
+    if diagnostic is None:
         return
     named = [_name(sample, bits[k]) for k in kept]
     cause = _cause(before, after, count, slots, named)
-    if cause or max(doubt) > REJECT_LEAP_SHARE:
-        axes = [a for a in range(len(orders)) if doubt[a]]
+    if cause or max(diagnostic) > REJECT_LEAP_SHARE:
+        axes = [a for a in range(len(orders)) if diagnostic[a]]
         where = " and ".join("xy"[sample.codes[a].axis] for a in axes)
         of_all = _listed(named[p] for a in axes for p, _ in slots[a])
         cause = cause or f"check axis, bit and inverse ({of_all})"
         text = f"axis {where}: the Gray code has leaps; {cause}"
-        yield Doubt("code-leaps", True, text)
+        yield Diagnostic("code-leaps", True, text)
 
 
 def _doubled(names, signs, strong):
@@ -210,7 +210,7 @@ def _doubled(names, signs, strong):
         shares = [np.mean(sign) for sign in (first, second)]
         two = min(*shares, *(1 - share for share in shares)) > MIN_SIGN_SHARE
         if two and max(alike, 1 - alike) > DOUBLED_SHARE:
-            yield Doubt(
+            yield Diagnostic(
                 "doubled-bit",
                 True,
                 f"{_both(names[other])}: same stripes as {_both(names[one])}; correct "
@@ -260,7 +260,7 @@ def _countable(sample, bits, widths, visible):
             if wide and visible[k] and visible[fine] and widths[k] > 2 * widths[fine]:
                 first, second = (_both(_name(sample, bits[n])) for n in (fine, k))
                 name = "xy"[sample.codes[axis].axis]
-                return orders, Doubt(
+                return orders, Diagnostic(
                     "coarse-after-fine",
                     True,
                     f"{second}: coarser stripes than {first}, the bit before it in the "

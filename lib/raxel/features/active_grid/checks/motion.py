@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from raxel.features.active_grid.checks.code import MIN_SPACING_PX, Doubt, spacing
+from raxel.features.active_grid.checks.code import MIN_SPACING_PX, Diagnostic, spacing
 from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
 
 WARN_MOTION_PX, MAX_MOTION_PX = 0.7, 1.2
@@ -19,7 +19,7 @@ MIN_SIGMAS = 8  # standard deviations of the estimated motion
 MIN_TONE_RATIO = 2  # over the effect of a tone curve, which may explain smaller ones
 
 
-def motion_doubts(sample):
+def motion_diagnostics(sample):
     """Yield the largest motion, as one diagnostic or none."""
     found = []
     flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
@@ -42,7 +42,7 @@ def motion_doubts(sample):
         size = max(sizes)
         _, when, images = found[sizes.index(size)]
         when = when.format(sample.names[images[0]], sample.names[images[-1]])
-        yield Doubt(
+        yield Diagnostic(
             "moved",
             size > MAX_MOTION_PX,
             f"the image moved by about {size:.1f} px {when}; keep camera and monitor "
@@ -144,7 +144,7 @@ def step_errors(sample, noise, sigma, smooth):
     steps. Factors: increase of sigma by spatially correlated noise. They are 0 and 1
     where sigma is large enough, and for three steps, which have no redundancy.
     """
-    doubts, errors, factors = [], np.zeros(len(sigma)), np.ones(len(sigma))
+    diagnostics, errors, factors = [], np.zeros(len(sigma)), np.ones(len(sigma))
     for axis, usual in enumerate(sigma):
         found = mismatch(sample, axis, noise)
         if found is None:
@@ -157,12 +157,14 @@ def step_errors(sample, noise, sigma, smooth):
         drifts = scatter and found.kind != MOTION and _drifts(scatter, usual)
         if drifts and scatter.periods > found.periods:
             errors[axis] = SINE_TO_SIGMA * scatter.periods
-            doubts += _drift_doubts(sample, axis, scatter, scatter.periods / usual)
+            diagnostics += _drift_diagnostics(
+                sample, axis, scatter, scatter.periods / usual
+            )
         elif found.periods > INFLATE_SIGMAS * usual:
             errors[axis] = SINE_TO_SIGMA * found.periods
-            doubts += _step_doubts(sample, axis, found, found.periods / usual)
-    doubts += _shared_noise(sample, factors)
-    return doubts, errors, factors
+            diagnostics += _step_diagnostics(sample, axis, found, found.periods / usual)
+    diagnostics += _shared_noise(sample, factors)
+    return diagnostics, errors, factors
 
 
 def _shared_noise(sample, factors):
@@ -172,7 +174,7 @@ def _shared_noise(sample, factors):
             f"{factor:.2g} ({'xy'[code.axis]})"
             for code, factor in zip(sample.codes, factors, strict=True)
         )
-        yield Doubt(
+        yield Diagnostic(
             "correlated-noise",
             False,
             "noise is correlated between neighbouring pixels (as in JPEG files), sigma "
@@ -187,12 +189,12 @@ def _drifts(scatter, usual):
     return several and scatter.periods > INFLATE_SIGMAS * usual
 
 
-def _drift_doubts(sample, axis, scatter, times):
+def _drift_diagnostics(sample, axis, scatter, times):
     """Yield a diagnostic; times: position error in standard deviations."""
     steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
     if times > WARN_SIGMAS:
         percent = ", ".join(f"{100 * share:+.1f}" for share in scatter.drift)
-        yield Doubt(
+        yield Diagnostic(
             "drift",
             times > REJECT_SIGMAS and scatter.periods > MIN_REJECTED_PERIODS,
             f"{sample.names[steps[0]]} to {sample.names[steps[-1]]}: light drifts "
@@ -202,28 +204,28 @@ def _drift_doubts(sample, axis, scatter, times):
         )
 
 
-def _step_doubts(sample, axis, found, times):
+def _step_diagnostics(sample, axis, found, times):
     """Yield a diagnostic; times: position error in standard deviations."""
     if times <= WARN_SIGMAS:
         return
     steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
-    spoils = times > REJECT_SIGMAS and found.periods > MIN_REJECTED_PERIODS
+    invalidates = times > REJECT_SIGMAS and found.periods > MIN_REJECTED_PERIODS
     files = " or ".join(sample.names[k] for k in found.images)
     error = (
         f"positions along {name} have an error of {found.periods:.2g} periods "
         f"({times:.1f} sigma)"
     )
     if found.kind == LIGHT:
-        spoils = spoils or abs(found.size) > MAX_LIGHT_CHANGE
+        invalidates = invalidates or abs(found.size) > MAX_LIGHT_CHANGE
         bright = f"{_brighter(found.size)} than other steps"
-        yield Doubt(
-            "brightness", spoils, f"{files}: {bright}, {error}; {EXPOSURE_ADVICE}"
+        yield Diagnostic(
+            "brightness", invalidates, f"{files}: {bright}, {error}; {EXPOSURE_ADVICE}"
         )
     else:
         of_all = f"{sample.names[steps[0]]} to {sample.names[steps[-1]]}"
-        yield Doubt(
+        yield Diagnostic(
             "moved-step",
-            spoils or found.size > MAX_MOTION_PX,
+            invalidates or found.size > MAX_MOTION_PX,
             f"{files}: moved by about {found.size:.1f} px among {of_all}, {error}; "
             "keep camera and monitor still and retake the images"
             "again",
@@ -245,7 +247,7 @@ def unsteady_light(sample):
         deviations = {image: value / usual - 1 for image, value in group.items()}
         worst = max(deviations, key=lambda image: abs(deviations[image]))
         if abs(deviations[worst]) > threshold:
-            yield Doubt(
+            yield Diagnostic(
                 "brightness",
                 abs(deviations[worst]) > MAX_LIGHT_CHANGE,
                 f"{sample.names[worst]}: {_brighter(deviations[worst])} than others; "

@@ -5,7 +5,7 @@ from itertools import combinations
 import cv2
 import numpy as np
 
-from raxel.features.active_grid.checks.code import Doubt, neighbours
+from raxel.features.active_grid.checks.code import Diagnostic, neighbours
 from raxel.features.active_grid.coding import WINDOW_RADIUS
 from raxel.features.active_grid.phase_unwrapping import mean_misfit, unwrapped_share
 
@@ -39,7 +39,7 @@ def faulty_steps(sample, axis, sines):
     spread = np.sqrt(np.mean(values**2, axis=0))
     contrast = np.median((sample.high - sample.low)[sample.lit])
     if np.median(spread) < MIN_SINE_CONTRAST * contrast:
-        yield Doubt(
+        yield Diagnostic(
             "no-sines",
             True,
             f"{names[0]} to {names[-1]}: no sinusoidal pattern along {along}; correct "
@@ -53,7 +53,7 @@ def faulty_steps(sample, axis, sines):
     j, k = divmod(int(np.argmin(near)), count)
     both_signs = 0.15 < np.mean(values[j] > 0) < 0.85
     if both_signs and near[j, k] < MAX_STEP_DISTANCE * (1 - np.cos(step)):
-        yield Doubt(
+        yield Diagnostic(
             "same-step",
             True,
             f"{names[k]}: same phase step as {names[j]}; correct the file name or "
@@ -63,7 +63,7 @@ def faulty_steps(sample, axis, sines):
     common = _in_common(alike)
     if common.min() < MIN_COMMON_SHARE:
         outliers = np.flatnonzero(common < common.min() + 0.1)
-        yield Doubt(
+        yield Diagnostic(
             "not-a-step",
             True,
             f"{' or '.join(names[k] for k in outliers)}: not a phase step along "
@@ -159,7 +159,7 @@ MIN_WINDOW_MODULATION = 0.5  # of the modulation of single pixels
 MIN_OFFSET, MIN_COMMON_OFFSET = 0.002, 0.04
 
 
-def frequency_doubts(sample, axis, noise):
+def unwrapping_diagnostics(sample, axis, noise):
     """Yield a diagnostic or none of the sinusoids of an axis; noise: a Noise.
 
     Images exchanged between two of them, steps in the wrong order and unstated offsets
@@ -172,13 +172,13 @@ def frequency_doubts(sample, axis, noise):
     turns, variances = _windows(sample, every, noise)
     along = "xy"[code.axis]
     if unwrapped_share(turns, variances, periods) >= MIN_UNWRAPPED_SHARE:
-        yield from _offset_doubts(every, turns, variances, periods, along)
+        yield from _offset_diagnostics(every, turns, variances, periods, along)
         return
     files = ", ".join(
         f"{sample.names[one.steps[0]]} to {sample.names[one.steps[-1]]}"
         for one in every
     )
-    yield Doubt(
+    yield Diagnostic(
         "periods-unknown",
         True,
         f"axis {along}: the phases do not determine the period ({files}); check order, "
@@ -186,7 +186,7 @@ def frequency_doubts(sample, axis, noise):
     )
 
 
-def _offset_doubts(every, turns, variances, periods, along):
+def _offset_diagnostics(every, turns, variances, periods, along):
     """Yield a diagnostic of sinusoids with offsets between them.
 
     A small offset looks like a nonlinear response, whose errors have a mean of 0.
@@ -198,7 +198,7 @@ def _offset_doubts(every, turns, variances, periods, along):
     if largest < MIN_OFFSET or abs(begun) < MIN_COMMON_OFFSET:
         return
     offset = rounded_offset(every[0].offset + begun)
-    yield Doubt(
+    yield Diagnostic(
         "offset",
         True,
         f"axis {along}: sinusoids differ by {largest:.2g} periods of offset (stated "
@@ -246,7 +246,7 @@ MIN_MOTION_PERIODS, NOISE_SIGMAS, MIN_MOTION_BLURS = 0.006, 6, 0.1
 MIN_CONTRAST_SHARE = 0.25
 
 
-def moved_doubts(sample, axis, blur_px):
+def motion_after_code(sample, axis, blur_px):
     """Yield a diagnostic or none of motion between Gray code and phases of an axis.
 
     blur_px: its standard deviation, or None. Valid only if the steps agree, since a
@@ -268,7 +268,7 @@ def moved_doubts(sample, axis, blur_px):
     limit = max(NOISE_SIGMAS * spread, 2 * np.pi * MIN_MOTION_PERIODS)
     if turn > limit and px > MIN_MOTION_BLURS * (blur_px or 0.0):
         files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
-        yield Doubt(
+        yield Diagnostic(
             "moved-code-phase",
             False,
             f"axis {'xy'[code.axis]}: sinusoids {files} are shifted by "
@@ -352,7 +352,7 @@ MIN_COHERENCE, MIN_COHERENCE_WITHOUT_INVERSE = 0.7, 0.3
 MAX_CODE_OFFSET = 0.08  # periods
 
 
-def phase_doubts(sample, noise):
+def phase_diagnostics(sample, noise):
     """Return diagnostics of the phase steps of a Sample; noise: a Noise."""
     found = []
     for axis, code in enumerate(sample.codes):
@@ -364,7 +364,7 @@ def phase_doubts(sample, noise):
             orders = [circle_order(sample, sines) for sines in every]
             faults = list(_out_of_order(sample, axis, every, orders))
         if not faults and code.others:
-            faults = list(frequency_doubts(sample, axis, noise))
+            faults = list(unwrapping_diagnostics(sample, axis, noise))
         found += faults
     return found
 
@@ -374,7 +374,7 @@ def _out_of_order(sample, axis, every, orders):
     for sines, order in zip(every, orders, strict=True):
         names = [sample.names[k] for k in sines.steps]
         if order != list(range(len(order))):
-            yield Doubt(
+            yield Diagnostic(
                 "step-order",
                 True,
                 f"{names[0]} to {names[-1]}: phase steps along "
@@ -383,10 +383,10 @@ def _out_of_order(sample, axis, every, orders):
         elif sines is every[0]:
             at_edges = phases_at_edges(sample, axis, sines.steps)
             if len(at_edges[0]):
-                yield from edge_doubts(sample, axis, *at_edges)
+                yield from edge_diagnostics(sample, axis, *at_edges)
 
 
-def edge_doubts(sample, axis, phase, expected, along):
+def edge_diagnostics(sample, axis, phase, expected, along):
     """Yield diagnostics of ordered steps by their phases at edges."""
     code = sample.codes[axis]
     name, names = "xy"[code.axis], [sample.names[k] for k in code.steps]
@@ -397,14 +397,14 @@ def edge_doubts(sample, axis, phase, expected, along):
     steps, bits = f"{names[0]} to {names[-1]}", _of_code(sample, code)
     alone = any(dark is None for _, dark in code.bits)
     if abs(mean) < (MIN_COHERENCE_WITHOUT_INVERSE if alone else MIN_COHERENCE):
-        yield Doubt(
+        yield Diagnostic(
             "period",
             True,
             f"axis {name}: sinusoids {steps} do not fit the cells of the Gray code "
             f"{bits}; correct periods, cell_px, of or axis",
         )
     elif backwards:
-        yield Doubt(
+        yield Diagnostic(
             "reversed",
             True,
             f"axis {name}: the phase decreases where the Gray code increases; correct "
@@ -412,7 +412,7 @@ def edge_doubts(sample, axis, phase, expected, along):
         )
     elif abs(turns) > MAX_CODE_OFFSET:
         there = rounded_offset(code.sines.offset + turns)
-        yield Doubt(
+        yield Diagnostic(
             "offset",
             True,
             f"axis {name}: sinusoids {steps} have an offset of {abs(turns):.2f} "

@@ -11,13 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.active_grid.checks.code import Doubt, code_doubts, sampled
+from raxel.features.active_grid.checks.code import Diagnostic, code_diagnostics, sampled
 from raxel.features.active_grid.checks.motion import (
-    motion_doubts,
+    motion_diagnostics,
     step_errors,
     unsteady_light,
 )
-from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
+from raxel.features.active_grid.checks.phases import (
+    motion_after_code,
+    phase_diagnostics,
+)
 from raxel.features.active_grid.coding import DARK, OUTSIDE, SATURATED, read_coding
 from raxel.sets.patterns import pattern_image
 
@@ -38,7 +41,7 @@ class Examined(NamedTuple):
     increases sigma, 1 for white noise.
     """
 
-    doubts: list[Doubt]
+    diagnostics: list[Diagnostic]
     errors: np.ndarray
     factors: np.ndarray
 
@@ -65,19 +68,19 @@ def examine(
     sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
     found += _levels(sample, white, black)
     if sample is not None:
-        found += code_doubts(sample)
-        found += phase_doubts(sample, decoded.noise)
+        found += code_diagnostics(sample)
+        found += phase_diagnostics(sample, decoded.noise)
         # Misordered images would appear unsteady as well.
-        if not any(doubt.spoils for doubt in found):
+        if not any(diagnostic.invalidates for diagnostic in found):
             found += unsteady_light(sample)
-            found += motion_doubts(sample)
+            found += motion_diagnostics(sample)
             of_steps, errors, factors = _of_steps(sample, monitor, decoded, smooth)
             found += of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
-                    found += moved_doubts(sample, axis, decoded.blur_px)
-    found += _exclusion_doubts(decoded, codes)
-    found = sorted(found, key=lambda doubt: not doubt.spoils)
+                    found += motion_after_code(sample, axis, decoded.blur_px)
+    found += _exclusion_diagnostics(decoded, codes)
+    found = sorted(found, key=lambda diagnostic: not diagnostic.invalidates)
     return Examined(found, errors, factors)
 
 
@@ -96,9 +99,9 @@ def _of_steps(sample, monitor, decoded, smooth):
     usual = (
         np.median(known[:: 1 + len(known) // N_MEDIAN_PIXELS], axis=0)[axes] / lengths
     )
-    doubts, periods, wider = step_errors(sample, decoded.noise, usual, smooth)
+    diagnostics, periods, wider = step_errors(sample, decoded.noise, usual, smooth)
     errors[axes], factors[axes] = periods * lengths, wider
-    return doubts, errors, factors
+    return diagnostics, errors, factors
 
 
 def _equal_images(images, patterns):
@@ -110,7 +113,7 @@ def _equal_images(images, patterns):
         key = hashlib.blake2b(np.ascontiguousarray(image)).digest()
         other = first.setdefault(key, pattern)
         if other is not pattern and not _shown_alike(other, pattern):
-            yield Doubt(
+            yield Diagnostic(
                 "same-image",
                 True,
                 f"{pattern.image}: identical to {other.image}; retake the image or "
@@ -131,20 +134,20 @@ def _levels(sample, white, black):
         return
     light = white.astype(np.int32) - black
     if np.quantile(light, 0.95) < np.abs(np.quantile(light, 0.05)):
-        yield Doubt(
+        yield Diagnostic(
             "white-black",
             True,
             "black is brighter than white; exchange white and black",
         )
 
 
-def _exclusion_doubts(decoded, codes):
+def _exclusion_diagnostics(decoded, codes):
     """Yield diagnostics of pixels that are excluded for one reason too often."""
     counts = np.bincount(decoded.status.ravel(), minlength=8)
     visible = max(counts.sum() - counts[DARK], 1)
     if counts[OUTSIDE] > MAX_OUTSIDE_SHARE * visible:
         axes = " and ".join("xy"[code.axis] for code in codes)
-        yield Doubt(
+        yield Diagnostic(
             "beside-monitor",
             True,
             f"{100 * counts[OUTSIDE] / visible:.0f} % of the pixels decode to "
@@ -152,7 +155,7 @@ def _exclusion_doubts(decoded, codes):
             "or of and cell_px of its Gray code",
         )
     if counts[SATURATED] > MAX_CLIPPED_SHARE * visible:
-        yield Doubt(
+        yield Diagnostic(
             "overexposed",
             False,
             f"{100 * counts[SATURATED] / visible:.0f} % of the pixels on the monitor "
