@@ -1,8 +1,8 @@
-"""Compiles the library's loops ahead: `python -m raxel.compile_loops`.
+"""Compile the library's loops in advance: `python -m raxel.compile_loops`.
 
-numba compiles a loop when it first runs, and keeps the machine code beside the module.
-That takes half a minute in all, once; a program that starts many short processes has it
-done before.
+numba compiles a loop when it first runs, and caches the machine code next to the
+module. All loops take half a minute, once. Programs that start many short processes
+compile them first.
 """
 
 import sys
@@ -47,13 +47,13 @@ CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 
 PINHOLE = PerspectiveCamera([[150, 0, 160], [0, 150, 120], [0, 0, 1]], [], 320, 240)
 MIRROR = QuadricMirrorCamera.aligned(PINHOLE, "hyperboloid", (30, 20), 25.0)
 DISTANCE_MM = 110.0
-MONITOR_PX = 96, 64  # enough to look for what a response does
+MONITOR_PX = 96, 64  # large enough to estimate a response
 
 
 def compile_loops():
-    """Find a photographed board, decode a grid and lay it out: every loop has run.
+    """Detect a rendered board, and decode a grid, so that every loop has run.
 
-    Returns the corners (35, 2) that were found, px.
+    Returns the detected corners (35, 2), px.
     """
     middle = np.append(BOARD.points().mean(axis=0), -DISTANCE_MM)
     T_camera_board = np.eye(4)
@@ -92,7 +92,7 @@ def compile_loops():
 
 
 def _adjust_grids():
-    """Adjust three tilted grids before a pinhole, central and not."""
+    """Adjust three tilted grids in front of a pinhole camera, central and not."""
     centre = np.array([0.0, 0.0, -DISTANCE_MM])
     rays = on_plane(BOARD.points()) - centre
     grids = pose(
@@ -122,7 +122,8 @@ def _smooth_rays():
 
 
 def _look_up_rays():
-    """A table of rays, asked for rays and for points that it sees and does not see."""
+    """Look up rays of a table, and points inside and outside its field of view."""
+
     table = GeneralCamera.from_camera(CAMERA)
     axis = np.array([0.0, 0.0, DISTANCE_MM])
     seen = table.project([axis, -axis])

@@ -1,4 +1,4 @@
-"""Light on a board: how much of it arrives, how evenly, and what shades it.
+"""Light on a board: its level, evenness and shadows.
 
 A rig's `light` gives ranges; each image draws its own light from them.
 """
@@ -15,26 +15,26 @@ from numpy.typing import NDArray
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
 
-# What stands between a scene and the lens: spots on mirror or glass, glare, haze.
+# Blemishes between scene and lens: spots on mirror or glass, glare, haze.
 
 
-# SD px of a spot's edge: a mirror's surface lies a little out of focus.
+# SD px of a spot's edge: the mirror's surface is slightly out of focus.
 SPOT_EDGE_PX = 0.7
-# Beyond this many radii, or SDs of its edge, nothing of a spot or a glare is left.
-REACH = 4
+# Radius of a spot or glare, in radii or SDs of its edge, beyond which it is zero.
+MAX_RADII = 4
 
 
 @dataclass(frozen=True)
 class Blemishes:
-    """Spots of a specimen, the same in all its images; glare, drawn for each.
+    """Describe spots of a specimen, equal in all its images, and glare of each image.
 
-    spots: how many on the whole image; spot_radius: px; spot_cover: share of the
-    scene's light that a spot hides; spot_radiance: what it sends instead (dirt is
-    dark, a pit that shows a lamp is bright). glare: how many patches of light lie over
-    an image, as a lamp's reflection in a clear tube or a dull mirror makes them;
-    glare_radius: their SD, px; glare_radiance: at their middles; glare_within: px from
-    the middle of the image. haze: share of the image's mean light that is spread
-    evenly over the mirror or glass. All but `spots` and `haze` are (least, greatest).
+    spots: number on the whole image; spot_radius: px; spot_cover: share of the scene's
+    light that a spot occludes; spot_radiance: radiance that replaces it (dirt is dark,
+    a pit that reflects a lamp is bright). glare: number of patches of light over an
+    image, as of a lamp in a clear tube or a dull mirror; glare_radius: their SD, px;
+    glare_radiance: at their centres; glare_within: px from the centre of the image.
+    haze: share of the image's mean light that is spread evenly over the mirror or
+    glass. All but `spots` and `haze` are (minimum, maximum).
     """
 
     spots: int = 0
@@ -56,17 +56,17 @@ class Blemishes:
                 )
 
     def apply(self, irradiance, mirror, specimen, rng):
-        """The image (H, W) or (H, W, 3) with them, a new array.
+        """Return a copy of the image (H, W) or (H, W, 3) with the blemishes.
 
-        mirror: (H, W), above 0 where there is mirror or glass to bear spots; specimen,
-        rng: numpy Generators, for what belongs to the rig and to the image.
+        mirror: (H, W), above 0 where mirror or glass can have spots; specimen, rng:
+        numpy Generators, for the specimen and for the image.
         """
         out = np.array(irradiance, np.float32)
         mean = float(out.mean())
         draws = specimen.random((self.spots, 5))
         for spot in _spots(self, out.shape[:2], draws.tobytes()):
             if mirror[spot.middle]:
-                patch = out[spot.place]
+                patch = out[spot.part]
                 share = spot.share.reshape(spot.share.shape + (1,) * (out.ndim - 2))
                 patch += share * (spot.radiance - patch)
         for _ in range(rng.integers(self.glare[0], self.glare[1] + 1)):
@@ -81,16 +81,18 @@ class Blemishes:
         middle = middle + away * np.array([np.cos(turn), np.sin(turn)])
         radius = rng.uniform(*self.glare_radius)
         radiance = rng.uniform(*self.glare_radiance)
-        place, away = _around((height, width), middle, REACH * radius)
+        part, away = _around((height, width), middle, MAX_RADII * radius)
         glare = (radiance * np.exp(-((away / radius) ** 2) / 2)).astype(np.float32)
-        out[place] += glare.reshape(glare.shape + (1,) * (out.ndim - 2))
+        out[part] += glare.reshape(glare.shape + (1,) * (out.ndim - 2))
 
 
 class _Spot(NamedTuple):
-    """place, middle: its part of an image, and (row, column) of its middle; share
-    (h, w): how much of the light it hides there."""
+    """Hold a spot: its part of an image, (row, column) of its centre, and share (h, w).
 
-    place: tuple[slice, slice]
+    share: of the light that it occludes.
+    """
+
+    part: tuple[slice, slice]
     middle: tuple[int, int]
     share: np.ndarray
     radiance: np.float32
@@ -98,10 +100,10 @@ class _Spot(NamedTuple):
 
 @lru_cache(maxsize=4)
 def _spots(blemishes, size, draws):
-    """The `_Spot`s of a specimen on images of a size (height, width).
+    """Return the `_Spot`s of a specimen on images of a size (height, width).
 
     draws: bytes of (n, 5) uniform numbers. All images of a specimen have the same
-    spots, so they are kept for the next one.
+    spots, so they are cached.
     """
     height, width = size
     spots = []
@@ -111,10 +113,10 @@ def _spots(blemishes, size, draws):
         cover = _between(blemishes.spot_cover, cover)
         radiance = _between(blemishes.spot_radiance, radiance)
         u, v = np.clip(np.rint(middle).astype(int), 0, (width - 1, height - 1))
-        place, away = _around(size, middle, radius + REACH * SPOT_EDGE_PX)
+        part, away = _around(size, middle, radius + MAX_RADII * SPOT_EDGE_PX)
         share = cover / (1 + np.exp(2 * (away - radius) / SPOT_EDGE_PX))
         share = share.astype(np.float32)
-        spots.append(_Spot(place, (v, u), share, np.float32(radiance)))
+        spots.append(_Spot(part, (v, u), share, np.float32(radiance)))
     return spots
 
 
@@ -124,7 +126,7 @@ def _between(limits, share):
 
 
 def _around(size, middle, reach):
-    """The part of an image within `reach` px of a point, and distances (h, w) there.
+    """Return the part of an image within `reach` px of a point, and distances (h, w).
 
     The part is an index of arrays of this size (height, width).
     """
@@ -132,8 +134,8 @@ def _around(size, middle, reach):
     low = np.clip(np.floor(middle - reach), 0, (width, height)).astype(int)
     high = np.clip(np.ceil(middle + reach) + 1, 0, (width, height)).astype(int)
     v, u = np.ogrid[low[1] : high[1], low[0] : high[0]]
-    place = slice(low[1], high[1]), slice(low[0], high[0])
-    return place, np.hypot(u - middle[0], v - middle[1])
+    part = slice(low[1], high[1]), slice(low[0], high[0])
+    return part, np.hypot(u - middle[0], v - middle[1])
 
 
 WHITE = (1.0, 1.0, 1.0)
@@ -141,15 +143,14 @@ WHITE = (1.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class Lighting:
-    """Ranges (least, greatest) from which the light of one image is drawn.
+    """Describe ranges (minimum, maximum) of the light of one image.
 
     tint: red, green and blue of lamps and mirror together; only ratios count. level:
-    share of the scene's light that reaches the board's middle. slope: by how much,
-    as a share, the light rises from one end of the board to the other, in any
-    direction. shadow_chance: share of images with a soft shadow on the board;
-    shadow_depth: share of the light it takes; shadow_radius: mm; shadow_edge: SD of
-    its edge, mm. Its middle lies anywhere on the board. surround: radiance of what the
-    camera sees beside its mirror.
+    share of the scene's light at the centre of the board. slope: relative increase of
+    the light from one end of the board to the other, in any direction. shadow_chance:
+    share of images with a soft shadow on the board; shadow_depth: share of the light
+    that it removes; shadow_radius: mm; shadow_edge: SD of its edge, mm. Its centre is
+    anywhere on the board. surround: radiance around the mirror in the image.
     """
 
     tint: tuple[float, float, float] = WHITE
@@ -248,6 +249,6 @@ class BoardLight:
     shadow: Shadow | None = None
 
     def __call__(self, uv):
-        """Light (N,) at places uv (N, 2), mm."""
+        """Return the light (N,) at points uv (N, 2), mm."""
         light = self.level * np.maximum(1 + (uv - self.middle) @ self.slope, 0)
         return light if self.shadow is None else light * self.shadow.passes(uv)

@@ -1,10 +1,9 @@
-"""A mirror rig: all that a mirror set is photographed of, read from one file.
+"""Mirror rigs: the description of a rendered mirror set, read from one file.
 
-It names four rigs (`raxel.lab.rig`) that share one camera: the camera before a board,
-the mirror before an active grid, the camera before the plate with the flat mirror, and
-the mirror before the board of the steps. Beside them it says how far the mirror is bent
-at each stage, what it has instead of what the rig says, how well the clamp is picked,
-and how little light the images of each level of noise have.
+A mirror rig names four rigs (`raxel.lab.rig`) with one camera: camera and board, mirror
+and active grid, camera and plate with the flat mirror, mirror and board of the steps.
+It also states the deflection of the mirror at each stage, parameters that replace those
+of the rig, the precision of the clamp's picks, and the light at each noise level.
 """
 
 import itertools
@@ -40,17 +39,20 @@ from raxel.sets.model import ActiveGrid, ImageSet, View
 # the monitor.
 
 
-# Corners of the polygon along half of a rim.
-RIM_CORNERS = 90
-# How far the plate reaches beyond the mirror, mm, what it reflects, and how far it lies
-# behind the board's face, mm.
+# Corners of the polygon along half of an edge.
+N_EDGE_CORNERS = 90
+# Margin of the plate around the mirror, mm, its reflectance, and its distance behind
+# the face of the board, mm.
 PLATE_MARGIN_MM, PLATTER_PLATE, BEHIND_MM = 4.0, 0.25, 1e-3
 
 
 class PlatterRing(NamedTuple):
-    """centre_mm: (2,) of the ring in the board's plane, whose origin is the first
-    interior corner; radius_mm, hub_mm: of the silver; thickness_mm: how far its face is
-    before the board's, towards the viewer."""
+    """Hold a ring-shaped flat mirror on a board.
+
+    centre_mm: (2,) in the board's plane, whose origin is the first interior corner;
+    radius_mm, hub_mm: of the reflecting ring; thickness_mm: distance of its face from
+    the board's face, towards the camera.
+    """
 
     centre_mm: tuple[float, float]
     radius_mm: float
@@ -63,12 +65,12 @@ class PlatterRing(NamedTuple):
 
 
 def camera_in_platter(viewer, ring, T_camera_board):
-    """The camera (PlanarMirrorsCamera) that sees the world in the ring alone.
+    """Return the camera (PlanarMirrorsCamera) that views the world in the ring only.
 
     viewer: central camera; ring: PlatterRing on the board in pose T_camera_board
-    (4, 4), mm. A ring is no polygon; its two halves are.
+    (4, 4), mm. The ring is represented by two half rings, which are polygons.
     """
-    angle = np.linspace(0, np.pi, RIM_CORNERS)
+    angle = np.linspace(0, np.pi, N_EDGE_CORNERS)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     half = np.concatenate([ring.radius_mm * rim, ring.hub_mm * rim[::-1]])
     T = T_camera_board @ ring.T_board_mirror()
@@ -76,9 +78,9 @@ def camera_in_platter(viewer, ring, T_camera_board):
 
 
 def render_plate(rig, ring, T_camera_board, rng):
-    """The image (H, W) of the board with the ring, which shows a dark room.
+    """Return the image (H, W) of the board with the ring, which reflects a dark room.
 
-    rig: a Rig of a central camera before the board; ring: PlatterRing; T_camera_board:
+    rig: a Rig of a central camera and a board; ring: PlatterRing; T_camera_board:
     (4, 4), mm; rng: numpy Generator of the image's noise.
     """
     scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
@@ -99,20 +101,20 @@ RIGS = "viewer", "grids", "plate", "steps"
 # Of the mirror's width, where the clamp is picked; and rays of rigs that share a
 # camera agree within this, on so many pixels each way.
 PICKED, AGREE, LINES = 0.9, 1e-9, 9
-# A corner is found where so much of a square around it is seen.
-CLEAR = 0.35
-BEFORE_AND_AFTER = "not seen whole in the mirror before and after"
+# A corner is detectable if so much of a square around it is visible.
+CORNER_SQUARE_SHARE = 0.35
+NOT_VISIBLE = "not entirely visible in the mirror before and after"
 
 
 @dataclass(frozen=True, eq=False)
 class MirrorSetRig:
-    """What a mirror rig's file says. Lengths in mm, pixels, angles in radians.
+    """Hold the content of a mirror rig's file. Lengths in mm, px, angles in radians.
 
     viewer, grids, plate, steps: Rigs; ring: the PlatterRing on the plate's board;
-    changes: arguments of the FlexibleMirrorCamera by name, instead of those of grids;
-    stages: (k + 1, loads) mm; picks, pick_sd_px: of the clamp; light: name of a level
-    of noise -> share of the rigs' light that images of boards have, and those of
-    the monitor's patterns; the first is the default.
+    changes: arguments of the FlexibleMirrorCamera by name that replace those of grids;
+    stages: (k + 1, loads) mm; picks, pick_sd_px: of the clamp; light: name of a noise
+    level -> share of the rigs' light in images of boards, and in those of the monitor's
+    patterns; the first level is the default.
     """
 
     path: Path
@@ -138,16 +140,16 @@ class MirrorSetRig:
         ]
 
     def darker(self, level=None):
-        """The same with the light of a level of noise, by its name; default: the first.
+        """Return the rig with the light of a noise level, by its name; default: first.
 
-        As at a higher sensitivity: fewer electrons make white, and full wells. Raises
-        InputError for a level that there is not.
+        As with a higher sensitivity: fewer electrons make white, and full wells.
+        Raises InputError for an unknown level.
         """
         level = next(iter(self.light)) if level is None else level
         if level not in self.light:
             advice = did_you_mean(level, self.light)
-            advice = advice or f"known are {', '.join(self.light)}"
-            raise InputError(f"{self.path}: noise: no level {level!r}; {advice}")
+            advice = advice or f"known levels are {', '.join(self.light)}"
+            raise InputError(f"{self.path}: noise: unknown level {level!r}; {advice}")
         boards, patterns = self.light[level]
         rigs = {}
         for name in RIGS:
@@ -160,8 +162,7 @@ class MirrorSetRig:
         return replace(self, light={level: (1.0, 1.0)}, **rigs)
 
     def clamp_pixels(self, camera, rng):
-        """Pixels (n, 2) along the edge where the sheet comes out of its holder, picked
-        by hand."""
+        """Return hand-picked pixels (n, 2) along the edge of the clamp."""
         mirror = camera.mirror
         y = PICKED * mirror.half_width * np.linspace(-1, 1, self.picks)
         x = np.full(self.picks, mirror.holder)
@@ -172,10 +173,10 @@ class MirrorSetRig:
         )
 
     def step_pose(self, rng, before, after):
-        """T_camera_board (4, 4), each of the board's corners in view by two cameras.
+        """Return T_camera_board (4, 4) with all corners in view of two cameras.
 
-        Poses `around` a point are turned to where the middle of the sheet looks, on
-        average over the two. Raises InputError where no pose comes up.
+        Poses `around` a point are rotated to the mean viewing direction of the centre
+        of the mirror in both. Raises InputError if no pose is found.
         """
         steps = replace(self.steps, visibility=Visibility(whole=False))
         both = [replace(steps, camera=camera) for camera in (before, after)]
@@ -187,14 +188,14 @@ class MirrorSetRig:
             )
             poses = replace(poses, centre=tuple(centre), axis=tuple(axis))
 
-        corner = np.full(2, -CLEAR * self.steps.target.pitch_mm)
+        corner = np.full(2, -CORNER_SQUARE_SHARE * self.steps.target.pitch_mm)
         rim = on_plane(outline_of(corner, np.ptp(points, axis=0) - 2 * corner))
 
         def fault(T):
             for rig in both:
                 pixels, valid = rig.camera.project(transform(T, rim))
                 if not (valid & rig.camera.in_image(pixels)).all() or not rig.shows(T):
-                    return BEFORE_AND_AFTER
+                    return NOT_VISIBLE
             return ""
 
         try:
@@ -204,16 +205,16 @@ class MirrorSetRig:
 
 
 def is_mirror_set_rig(path):
-    """Whether a file that can be read says that it is a mirror rig's."""
+    """Whether a readable file is a mirror rig."""
     data = read_yaml(Path(path))
     return isinstance(data, dict) and KEY in data
 
 
 def load_mirror_set_rig(path):
-    """The MirrorSetRig in a YAML file, with the rigs that it names.
+    """Return the MirrorSetRig in a YAML file, with the rigs that it names.
 
-    Raises InputError, one line with file and field, as `load_rig`; also where the rigs
-    do not share a camera, or a stage is none that the mirror can have.
+    Raises InputError, one line with file and field, as `load_rig`; also if the rigs
+    have different cameras, or a stage is impossible for the mirror.
     """
     path = Path(path)
     data = read_yaml(path)
@@ -256,31 +257,31 @@ def _changes(data):
 
 
 def _faults(rig, data):
-    """Each fault as (field, what was found and what to do)."""
+    """Yield each fault as (field, problem and what to do)."""
     if len(rig.light) < len(data["noise"]):
-        yield "noise", "found a name twice; give each level its own"
+        yield "noise", "a name is repeated; give each level its own name"
     if not rig.ring.hub_mm < rig.ring.radius_mm:
-        yield "platter.hub", "found no less than its radius; give less"
+        yield "platter.hub", "not below the radius of the ring; give a smaller hub"
     for name in RIGS:
         grid = isinstance(getattr(rig, name).target, ActiveGrid)
         if grid != (name == "grids"):
-            found = "an active grid" if grid else "a board"
-            yield name, f"its target is {found}; give a rig with the other"
+            kind = "a board" if grid else "an active grid"
+            yield name, f"target is not {kind}; give a rig with {kind}"
             return
     if not isinstance(rig.grids.camera, FlexibleMirrorCamera):
-        yield "grids", "its camera is no flexible mirror; give a rig with one"
+        yield "grids", "camera is not a flexible mirror; give a rig with one"
         return
     viewer = rig.grids.camera.viewer
     for name in ("viewer", "plate"):
         if not _same_rays(getattr(rig, name).camera, viewer):
-            yield name, "its camera is not the viewer of grids; give the same camera"
+            yield name, "camera differs from the viewer of grids; give the same camera"
     if not _same_rays(rig.steps.camera, rig.grids.camera):
-        yield "steps", "its camera is not that of grids; give the same camera"
+        yield "steps", "camera differs from that of grids; give the same camera"
     if rig.plate.count != 1:
-        yield "plate", f"found {rig.plate.count} poses; give one"
+        yield "plate", f"{rig.plate.count} poses; give one"
     loads = len(np.atleast_1d(rig.changes.get("loads", rig.grids.camera.deflections)))
     if {len(one) for one in rig.stages} != {loads}:
-        yield "stages", f"give {loads} deflections for each stage, one for each load"
+        yield "stages", f"wrong number of deflections; give {loads} for each stage"
         return
     try:
         rig.cameras(0)
@@ -324,13 +325,13 @@ VIEWER, GRIDS, PLATTER, PLATE, STEPS, CLAMP, SPECIMEN = range(7)
 
 
 def render_mirror_set(rig, out, seed, level=None, say=None):
-    """Photograph all of a MirrorSetRig; the MirrorSet in `out`, new or not at all.
+    """Render all images of a MirrorSetRig; return the MirrorSet in `out`.
 
     level: of the noise, by name, default the first; the set's name ends in level and
-    seed. seed: whole number, 0 or more; it draws poses, noise and the mirror's
-    aberration, and the same seed gives the same bytes. say: a callable told one line
-    for each part. Raises InputError for a folder that exists or cannot be made, and as
-    the rigs' poses.
+    seed. seed: integer, 0 or more; it determines poses, noise and the mirror's
+    aberration, and equal seeds give equal bytes. say: callable for one line of progress
+    per part. Raises InputError for a folder that exists or cannot be created, and as
+    the rigs' poses. An incomplete folder is removed.
     """
     out = Path(out)
     if out.exists() or out.is_symlink():
@@ -342,7 +343,7 @@ def render_mirror_set(rig, out, seed, level=None, say=None):
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}-") as room:
         folder = Path(room) / "set"
         folder.mkdir()
-        say("boards before the camera")
+        say("boards in view of the camera")
         render_set(rig.viewer, folder / "viewer", _seed(seed, VIEWER))
         _write_primary(rig, cameras[0], folder, seed, say)
         steps, poses = _write_steps(rig, cameras, folder / "stages", seed, say)
@@ -356,7 +357,7 @@ def render_mirror_set(rig, out, seed, level=None, say=None):
 
 
 def _seed(seed, stream):
-    """A seed of its own for one of the image sets."""
+    """Return a separate seed for one of the image sets."""
     return int(np.random.SeedSequence([seed, stream]).generate_state(1)[0])
 
 
@@ -366,9 +367,9 @@ def _write_primary(rig, camera, folder, seed, say):
     names = tuple(rig.grids.view_name(k) for k in range(len(drawn)))
     poses = ListedPoses(drawn, names, (False,) * len(names))
     grids = replace(rig.grids, poses=poses, evaluate=0)
-    say("the active grid in the mirror")
+    say("active grid in the flexible mirror")
     render_set(replace(grids, camera=camera), folder / "grids", _seed(seed, GRIDS))
-    say("the active grid in the platter")
+    say("active grid in the flat mirror")
     T = rig.plate.draw_poses(np.random.default_rng([seed, PLATE]), 1)[0]
     seen = camera_in_platter(rig.plate.camera, rig.ring, T)
     shown = replace(grids, camera=seen)
@@ -397,7 +398,7 @@ def _write_steps(rig, cameras, folder, seed, say):
             write_image(folder / name, render_board(taken, T, noise, specimen))
             poses[name] = T.tolist()
         moved = np.subtract(rig.stages[k], rig.stages[k - 1])
-        # Of several loads no one number says how far the mirror was moved.
+        # With several loads no single number describes the motion of the mirror.
         stated = {"deflection_mm": float(moved[0])} if len(moved) == 1 else {}
         steps.append(names | stated)
     _write_boards(rig.steps, list(poses), folder)

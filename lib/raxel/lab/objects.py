@@ -1,7 +1,7 @@
 """Objects for scenes: a bust, and a chessboard with a circle.
 
-A chessboard with a circle drawn over it: its corners tell the pose, the circle what
-is left of distortion (5.3.4, Fig. 5.14).
+The corners of a chessboard with a circle give its pose; the circle shows the remaining
+distortion (5.3.4, Fig. 5.14).
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ FORMS = (
     (0.0, 0.345, 0.17, 0.016, -0.05),  # between them
     (0.0, 0.58, 0.14, 0.09, 0.10),  # chin
 )
-# Places on the face that are told apart: (name, x, y).
-PLACES = (
+# Landmarks on the face: (name, x, y).
+LANDMARKS = (
     ("left eye, outer corner", -0.34, -0.185),
     ("left eye, inner corner", -0.14, -0.185),
     ("left pupil", -0.24, -0.185),
@@ -80,7 +80,7 @@ PLACES = (
 PLATE, SKIN, HAIR = (0.42, 0.47, 0.55), (0.80, 0.58, 0.46), (0.20, 0.12, 0.07)
 CLOTH, LIPS, BROW = (0.16, 0.26, 0.45), (0.58, 0.22, 0.20), (0.16, 0.09, 0.05)
 EYE, IRIS, PUPIL = (0.90, 0.90, 0.88), (0.20, 0.34, 0.40), (0.03, 0.03, 0.03)
-# From where the sculptor's lamp shines, and the light that has no direction.
+# Direction of the sculptor's lamp, and share of ambient light.
 LAMP, AMBIENT = np.array([-0.45, -0.55, 0.70]), 0.40
 
 
@@ -110,7 +110,7 @@ class Bust:
     def __post_init__(self):
         if not (0 < self.width < np.inf and 0 < self.relief < np.inf):
             raise InputError(
-                f"bust: found width {self.width} and relief {self.relief}; give "
+                f"bust: width {self.width} and relief {self.relief} are invalid; give "
                 "positive mm"
             )
 
@@ -119,15 +119,15 @@ class Bust:
         """Width and height of the plate, mm."""
         return self.width, TALL * self.width
 
-    def points(self, places: ArrayLike) -> NDArray[np.float64]:
+    def points(self, landmarks: ArrayLike) -> NDArray[np.float64]:
         """Return points (N, 3) of the surface at positions (N, 2) on the plate, mm."""
-        places = np.asarray(places, float)
-        x, y = (2 / self.width * places).T
-        return np.column_stack([places, -self.relief * heights(x, y)])
+        landmarks = np.asarray(landmarks, float)
+        x, y = (2 / self.width * landmarks).T
+        return np.column_stack([landmarks, -self.relief * heights(x, y)])
 
     def landmarks(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
         """Return the names of the landmarks and their points (n, 3), mm."""
-        names, x, y = zip(*PLACES, strict=True)
+        names, x, y = zip(*LANDMARKS, strict=True)
         return names, self.points(self.width / 2 * np.column_stack([x, y]))
 
     def part(
@@ -195,11 +195,11 @@ def heights(x, y):
 
 def _forms(x, y):
     total = np.zeros(np.shape(x))
-    for place, down, across, along, high in FORMS:
-        bell = np.exp(-(((y - down) / along) ** 2) - ((x - place) / across) ** 2)
-        if place:
+    for landmark, down, across, along, high in FORMS:
+        bell = np.exp(-(((y - down) / along) ** 2) - ((x - landmark) / across) ** 2)
+        if landmark:
             bell = bell + np.exp(
-                -(((y - down) / along) ** 2) - ((x + place) / across) ** 2
+                -(((y - down) / along) ** 2) - ((x + landmark) / across) ** 2
             )
         total = total + high * bell
     return total
@@ -218,9 +218,9 @@ def _rising(y, low, high):
 
 def _blended(one, two, width=0.06):
     """The higher of two heights, rounded where they meet."""
-    apart = np.maximum(width - np.abs(one - two), 0) / width
+    distance_direction = np.maximum(width - np.abs(one - two), 0) / width
     return np.maximum(one, two) + np.where(
-        np.minimum(one, two) > 0, width * apart**2 / 4, 0
+        np.minimum(one, two) > 0, width * distance_direction**2 / 4, 0
     )
 
 
@@ -296,10 +296,10 @@ class BoardRing(NamedTuple):
 
 
 class RingedChessboard(RegionTexture):
-    """A `ChessboardTexture` with a dark `BoardRing` on white over it.
+    """Represent a `ChessboardTexture` with a dark `BoardRing` on white over it.
 
-    Both greys are the board's. Raises InputError for a ring without a width, or whose
-    widths leave no room inside.
+    Both greys are those of the board. Raises InputError for a ring without a width, or
+    without room inside.
     """
 
     averages = True
@@ -308,8 +308,8 @@ class RingedChessboard(RegionTexture):
         widths = ring.line, ring.margin, ring.edges[0] - ring.margin
         if not min(widths) > 0:
             raise InputError(
-                f"ring: found radius {ring.radius}, line {ring.line} and margin "
-                f"{ring.margin}; give widths that leave room inside"
+                f"ring: radius {ring.radius}, line {ring.line} and margin "
+                f"{ring.margin} are invalid; give widths that leave room inside"
             )
         self.board, self.ring, self.light = board, ring, light
         inner, outer = ring.edges
@@ -321,35 +321,39 @@ class RingedChessboard(RegionTexture):
 
     def label(self, uv):
         """The board's cell, or one of the three parts of the ring."""
-        part = np.searchsorted(self.radii, self._apart(uv)[0])
+        part = np.searchsorted(self.radii, self._polar(uv)[0])
         ring = len(self.board.colours) + part - 1
         return np.where(part % 4 == 0, self.board.label(uv), ring)
 
     def average(self, uv, across, down, cosine):
-        """Exact but for the circle's bend inside a footprint where one edge of the
-        line, or none of the ring's, crosses it; else NaN."""
-        apart, outward = self._apart(uv)
+        """Return exact means but for the circle's curvature within a footprint.
+
+        NaN unless one edge of the line, or no edge of the ring, crosses the footprint.
+        """
+        distance_direction, outward = self._polar(uv)
         a, b = np.sum(across * outward, axis=1), np.sum(down * outward, axis=1)
         reach = (np.abs(a) + np.abs(b)) / 2
-        low = np.searchsorted(self.radii, apart - reach)
-        high = np.searchsorted(self.radii, apart + reach)
+        low = np.searchsorted(self.radii, distance_direction - reach)
+        high = np.searchsorted(self.radii, distance_direction + reach)
         off_ring = (low == high) & (low % 4 == 0)
         found = self.board.average(uv, across, down, cosine)
         known = (low >= 1) & (high <= 3) & (high - low <= 1)
         tones = colour_table(*self.tones)
         first, last = np.clip(low - 1, 0, 2), np.clip(high - 1, 0, 2)
-        share = share_beyond(apart - self.radii[np.clip(low, 0, 3)], a, b)
+        share = share_beyond(distance_direction - self.radii[np.clip(low, 0, 3)], a, b)
         share = np.where(low == high, 0.0, share).reshape(-1, *(1,) * (tones.ndim - 1))
         mixed = self.lit((1 - share) * tones[first] + share * tones[last], uv)
         rest = (slice(None),) + (None,) * (tones.ndim - 1)
         found = np.where(off_ring[rest], found, np.nan)
         return np.where(known[rest], mixed, found)
 
-    def _apart(self, uv):
-        """Distance (N,) from the ring's centre, and the direction (N, 2) from there."""
-        off = np.asarray(uv, float) - self.ring.centre
-        apart = np.hypot(off[:, 0], off[:, 1])
-        return apart, off / np.maximum(apart, 1e-300)[:, None]
+    def _polar(self, uv):
+        """Return the distance (N,) from the ring's centre, and the direction (N, 2)."""
+        deviation = np.asarray(uv, float) - self.ring.centre
+        distance_direction = np.hypot(deviation[:, 0], deviation[:, 1])
+        return distance_direction, deviation / np.maximum(distance_direction, 1e-300)[
+            :, None
+        ]
 
 
 def ringed_board_scene(

@@ -1,7 +1,7 @@
-"""What a lens does to an image on its way to the sensor: shade, smear and colour it.
+"""Effects of a lens on the image before the sensor: shading, blur and colour fringes.
 
-Everything is linear in radiance. Radii are pixels from the optical centre, or shares of
-the half diagonal, as each function says.
+All are linear in radiance. Radii are pixels from the optical centre, or shares of the
+half diagonal, as documented.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, TexturedScene
 from raxel.lab.textures import LUMINANCE
 
-# What the positions of a camera's image see in a scene.
+# Visible points of the scene for positions in a camera's image.
 
 
-# Rays handled at once: a few MB, so that the steps between stay in cache.
-RAYS_AT_ONCE = 1 << 16
+# Rays processed at once: a few MB, which fit into the cache.
+RAYS_PER_BLOCK = 1 << 16
 
 
 class Crop(NamedTuple):
@@ -122,7 +122,7 @@ class Raster:
 
 
 class Sight(NamedTuple):
-    """What N positions see; the arrays may have more leading dimensions.
+    """Hold what N positions view; arrays may have more leading dimensions.
 
     part: index of the scene's part, NOTHING or NO_RAY, int16; uv: (N, 2) mm on that
     surface; cosine: (N,) of the angle between ray and normal.
@@ -138,13 +138,13 @@ class Sight(NamedTuple):
         return Sight(part.reshape(shape), uv.reshape(*shape, 2), cosine.reshape(shape))
 
     def at(self, where):
-        """The entries that an index of the leading dimensions takes."""
+        """Return the entries at an index of the leading dimensions."""
         return Sight(*(field[where] for field in self))
 
 
 @dataclass(frozen=True)
 class Viewer:
-    """A camera at its place in front of a scene. T_world_camera: (4, 4), mm."""
+    """Hold a camera and its pose in a scene. T_world_camera: (4, 4), mm."""
 
     raster: Raster
     T_world_camera: np.ndarray
@@ -153,8 +153,8 @@ class Viewer:
     def look(self, pixels):
         """The `Sight` of positions (N, 2) in the image."""
         pixels = np.asarray(pixels, float)
-        steps = range(0, len(pixels), RAYS_AT_ONCE)
-        parts = [self._look(pixels[i : i + RAYS_AT_ONCE]) for i in steps]
+        steps = range(0, len(pixels), RAYS_PER_BLOCK)
+        parts = [self._look(pixels[i : i + RAYS_PER_BLOCK]) for i in steps]
         if len(parts) == 1:
             return parts[0]
         if not parts:
@@ -179,13 +179,13 @@ class Viewer:
         return Sight(part, uv, cosine)
 
 
-def visible_share(camera, T_world_camera, surface, most=200_000):
-    """Share of the image's pixels whose rays meet a surface, 0 to 1.
+def visible_share(camera, T_world_camera, surface, max_pixels=200_000):
+    """Return the share of the image's pixels whose rays meet a surface, 0 to 1.
 
-    Looks at the centres of all pixels, or of every n-th each way where there are more
-    than `most`. A surface that the camera does not see has share 0.
+    Tests the centres of all pixels, or of every n-th along each axis if there are more
+    than `most`. An invisible surface has share 0.
     """
-    step = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / most))))
+    step = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / max_pixels))))
     v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
     rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
     hit = surface.hit(
@@ -200,7 +200,7 @@ def visible_share(camera, T_world_camera, surface, most=200_000):
 # window.v) of the whole one, and lens and sensor treat it as they would there.
 
 
-# Pixels around what is wanted: the point spread reaches less far.
+# Pixels around the window: the point spread function is narrower.
 MARGIN_PX = 16
 
 
@@ -241,7 +241,7 @@ class WindowedCamera(Camera):
 
     @classmethod
     def _from_file(cls, file):
-        raise InputError(f"{cls.kind}: no file holds a window of a camera's image")
+        raise InputError(f"{cls.kind}: cannot be stored; save the camera of the image")
 
 
 def windowed(rig: raxel.lab.Rig, window: Crop) -> raxel.lab.Rig:
@@ -276,7 +276,7 @@ def windowed(rig: raxel.lab.Rig, window: Crop) -> raxel.lab.Rig:
 
 @lru_cache(maxsize=8)
 def _windowed_camera(camera, window):
-    """The same object for the same window, so that its smooth rays are kept."""
+    """Return one object per window, so that its cached B-spline rays are shared."""
     return WindowedCamera(camera, window)
 
 
@@ -308,7 +308,7 @@ def window_around(
     inside = pixels[camera.in_image(pixels)]
     if not len(inside):
         raise InputError(
-            "window: nothing of it is in the image; turn the camera",
+            "window: entirely outside the image; rotate the camera",
             code="outside-image",
         )
     low = np.floor(np.nanmin(pixels, axis=0)) - margin_px
@@ -375,7 +375,7 @@ def bands(window: Crop, count: int, height_px: int) -> list[Crop]:
     """
     if not 0 < count * height_px <= window.height:
         raise InputError(
-            f"bands: {count} of {height_px} rows in {window.height}; give fewer"
+            f"bands: {count} of {height_px} rows exceed {window.height}; give fewer"
         )
     middle = window.v + window.height * (np.arange(count) + 0.5) / count
     return [
@@ -387,15 +387,15 @@ def bands(window: Crop, count: int, height_px: int) -> list[Crop]:
 # share of the smallest.
 BLUR_STEP_PX, BLUR_STEP = 0.1, 0.15
 # More levels than these are spaced by their ratio.
-MOST_EVEN_STEPS = 64
+MAX_EVEN_STEPS = 64
 # Taps of a discrete Gaussian reach this many SD, and at least this many px.
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
-TAPS = 6
+RESAMPLING_TAPS = 6
 # Weights of blur that are kept for the next image: 270 MB.
-REMEMBERED = 1 << 26
+MAX_CACHED_WEIGHTS = 1 << 26
 # Steeper curves overflow.
-LEAST_STEP = 1e-6
+MIN_RADIUS_STEP = 1e-6
 NO_ABERRATION = (1.0, 1.0, 1.0)
 
 
@@ -577,7 +577,7 @@ class Optics:
 
 @lru_cache(maxsize=4)
 def _light(optics, width, height):
-    """Share of the light (height, width) that each pixel keeps; None: all of it."""
+    """Return the share of light (height, width) of each pixel; None: all of it."""
     light = None
     squared = _squared_radius(width, height, optics.centre(width, height))
     if optics.exit_pupil_px is not None:
@@ -611,17 +611,17 @@ def _weights(levels, variance):
 
 @lru_cache(maxsize=1)
 def _levels_and_weights(*given):
-    """Levels of blur and their weights, None where these are too many to be kept."""
+    """Return levels of blur and their weights, None where too large for the cache."""
     levels, variance = _level_variances(*given)
-    few = variance.size * len(levels) <= REMEMBERED
+    few = variance.size * len(levels) <= MAX_CACHED_WEIGHTS
     return levels, tuple(_weights(levels, variance)) if few else None
 
 
 def gaussian_blur(image, variance):
     """Blur with the discrete Gaussian of this variance, px^2, which it has exactly.
 
-    The kernel is exp(-v) I_n(v) (Lindeberg 1990, doi:10.1109/34.49051): sampling the
-    continuous one instead changes the variance where it is small.
+    The kernel is exp(-v) I_n(v) (Lindeberg 1990, doi:10.1109/34.49051). Samples of the
+    continuous Gaussian would have a different variance where it is small.
     """
     import cv2
     from scipy.special import ive
@@ -637,11 +637,11 @@ def gaussian_blur(image, variance):
 
 
 def magnified(image, scale, centre):
-    """The image (H, W) drawn larger by `scale` about `centre` (2,).
+    """Return the image (H, W) magnified by `scale` about `centre` (2,).
 
-    Rows and columns are resampled one after the other at the exact places, by the
-    polynomial through the six nearest pixels; it leaves straight ramps straight, and so
-    edges in place. Beyond the border the outermost pixels are repeated.
+    Rows and columns are resampled in turn at the exact positions, by the polynomial
+    through the six nearest pixels. Straight ramps stay straight, and so edges stay in
+    place. Beyond the border the outermost pixels are repeated.
     """
     if scale == 1:
         return image
@@ -651,11 +651,11 @@ def magnified(image, scale, centre):
 
 
 def _stretched(image, scale, centre, axis):
-    """The rows (axis 0) or columns of an image moved apart about `centre`."""
+    """Return the rows (axis 0) or columns of an image stretched about `centre`."""
     count = image.shape[axis]
     source = centre + (np.arange(count) - centre) / scale
-    first = np.floor(source).astype(int) - TAPS // 2 + 1
-    taps = first[:, None] + np.arange(TAPS)
+    first = np.floor(source).astype(int) - RESAMPLING_TAPS // 2 + 1
+    taps = first[:, None] + np.arange(RESAMPLING_TAPS)
     weights = _lagrange(source - first).astype(np.float32)
     if axis == 0:
         weights = weights[:, :, None]
@@ -670,9 +670,9 @@ def _stretched(image, scale, centre, axis):
 
 
 def _lagrange(at):
-    """Weights (N, TAPS) of samples at 0, 1, ... for values at `at` (N,)."""
-    nodes = np.arange(TAPS)
-    weights = np.ones((len(at), TAPS))
+    """Weights (N, RESAMPLING_TAPS) of samples at 0, 1, ... for values at `at` (N,)."""
+    nodes = np.arange(RESAMPLING_TAPS)
+    weights = np.ones((len(at), RESAMPLING_TAPS))
     for k in nodes:
         for other in nodes[nodes != k]:
             weights[:, k] *= (at - other) / (k - other)
@@ -686,9 +686,9 @@ def _levels(low, high):
         return [high]
     step = max(BLUR_STEP_PX, BLUR_STEP * first)
     steps = int(np.ceil((last - first) / step))
-    if steps <= MOST_EVEN_STEPS:
+    if steps <= MAX_EVEN_STEPS:
         return np.linspace(first, last, steps + 1) ** 2
-    # From very sharp to very soft: each as much softer than the one before it.
+    # From sharp to soft: each level softer than the one before by the same factor.
     even = max(first, BLUR_STEP_PX / BLUR_STEP)
     below = np.arange(first, even, BLUR_STEP_PX)
     steps = int(np.ceil(np.log(last / even) / np.log1p(BLUR_STEP)))
@@ -701,7 +701,7 @@ def _binned(image, fineness):
     if image.ndim == 3:
         cells = image.reshape(height, fineness, width, fineness, -1)
         return cells.mean(axis=(1, 3))
-    # Sums of whole rows and columns: numpy is slow along short axes.
+    # Sums over whole rows and columns: numpy is slow along short axes.
     across = (
         sum(image[:, k::fineness] for k in range(1, fineness)) + image[:, ::fineness]
     )
@@ -710,7 +710,7 @@ def _binned(image, fineness):
 
 
 def _over_colours(factor, image):
-    """A factor (H, W) shaped so that it multiplies every colour of an image."""
+    """Return a factor (H, W) in a shape that multiplies every colour of an image."""
     return factor.reshape(factor.shape + (1,) * (image.ndim - 2))
 
 
@@ -722,11 +722,11 @@ def _squared_radius(width, height, centre):
 
 def _check_falloff(radii, shares):
     """A curve over radii that rise, of shares between 0 and 1."""
-    rising = len(radii) == len(shares) >= 2 and np.all(np.diff(radii) > LEAST_STEP)
+    rising = len(radii) == len(shares) >= 2 and np.all(np.diff(radii) > MIN_RADIUS_STEP)
     if not (rising and radii[0] >= 0):
         raise InputError(
-            f"field 'falloff': found {len(radii)} radii and {len(shares)} shares; give "
-            "as many of each, two or more, the radii rising from 0"
+            f"field 'falloff': {len(radii)} radii and {len(shares)} shares; give as "
+            "many of each, two or more, the radii rising from 0"
         )
     if not (min(shares) >= 0 and max(shares) <= 1):
         raise InputError(

@@ -1,16 +1,15 @@
-"""Photographs without lens or sensor: the mean radiance over each pixel's square.
+"""Images without lens or sensor: the mean radiance over each pixel's square.
 
 A pixel is the square of side 1 around its centre. Its value is the mean, over that
-square, of the radiance that the camera's own rays meet; positions without a ray count
-as black. Rays go through the corners that pixels share. Where all four corners see
-one region of one texture the pixel has that colour. A line of a texture across a pixel
-covers an exact share of it; where lines meet, and on borders between surfaces, the
-pixel is sampled.
+square, of the radiance that the camera's rays meet. Positions without a ray are black.
+Rays go through the corners that pixels share. Where all four corners view one region of
+one texture the pixel has that colour. An edge of a texture across a pixel covers an
+exact share of it. Where edges meet, and on borders between surfaces, the pixel is
+sampled.
 
-What may be overlooked is a detail inside one pixel, reaching none of its corners,
-while the corners see one region: the tip of a sheet's corner, or a free-standing
-surface thinner than a pixel. Fields of a texture are regions of their own
-(`Texture.label`), so a square or a stripe is never lost, however thin.
+A detail inside one pixel that touches none of its corners can be missed: the tip of a
+sheet's corner, or a free-standing surface thinner than a pixel. Squares and stripes of
+a texture are separate regions (`Texture.label`), so none is missed, however thin.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
 from raxel.io.files import physical_memory
-from raxel.lab.optics import RAYS_AT_ONCE, Crop, Raster, Sight, Viewer
+from raxel.lab.optics import RAYS_PER_BLOCK, Crop, Raster, Sight, Viewer
 from raxel.lab.scene import NO_RAY, NOTHING, TexturedScene
 from raxel.lab.textures import LUMINANCE, Texture
 
@@ -38,23 +37,23 @@ CORNERS, OTHERS = [0, 2, 6, 8], [1, 3, 4, 5, 7]
 # Where second differences are below this share of the first, third ones are below
 # some 1e-4 of them, and so is the error of a surface of second degree through the
 # nodes, in pixels. Jumps and kinks of a camera's map exceed it.
-SMOOTH = 0.02
-SAMPLES_AT_ONCE = 1 << 18
+MAX_CURVATURE_SHARE = 0.02
+SAMPLES_PER_BLOCK = 1 << 18
 # Mean of a parabola from its values at both ends and in the middle.
 SIMPSON = np.array([1, 4, 1]) / 6
 
 
 def lattice(samples):
-    """Rank-1 lattice of positions (samples, 2) in the square [-0.5, 0.5]^2.
+    """Return a rank-1 lattice of positions (samples, 2) in the square [-0.5, 0.5]^2.
 
-    Both coordinates alone are the centred, even grid (i + 1/2)/n - 1/2, and the set is
-    its own reflection in the centre: so an edge through the middle of a pixel, and one
+    Each coordinate alone is the centred, regular grid (i + 1/2)/n - 1/2, and the set is
+    point-symmetric about the centre. So an edge through the centre of a pixel, and one
     parallel to its side, are halved without bias.
     """
-    odd = np.arange(1, samples + 1, 2)
-    odd = odd[np.gcd(odd, samples) == 1]
+    uneven = np.arange(1, samples + 1, 2)
+    uneven = uneven[np.gcd(uneven, samples) == 1]
     # The golden section spreads the points evenly also along slanting edges.
-    generator = odd[np.argmin(np.abs(odd - samples * (np.sqrt(5) - 1) / 2))]
+    generator = uneven[np.argmin(np.abs(uneven - samples * (np.sqrt(5) - 1) / 2))]
     i = np.arange(samples) + 0.5
     return np.column_stack([i / samples, (i * generator / samples) % 1.0]) - 0.5
 
@@ -98,9 +97,9 @@ def seen_radiance(sight, textures, background, colour):
 
 
 class PixelMeans:
-    """Means over whole pixels by a set of positions in the pixel.
+    """Average over whole pixels with a set of positions in the pixel.
 
-    viewer: where rays come from; positions: (S, 2) in [-0.5, 0.5]^2, of equal weight.
+    viewer: origin of the rays; positions: (S, 2) in [-0.5, 0.5]^2, of equal weight.
     """
 
     def __init__(self, viewer, positions):
@@ -111,8 +110,8 @@ class PixelMeans:
 
     @property
     def pixels_at_once(self):
-        """How many pixels to handle at once to bound memory."""
-        return max(1, SAMPLES_AT_ONCE // len(self.positions))
+        """Return the number of pixels per block that bounds the memory."""
+        return max(1, SAMPLES_PER_BLOCK // len(self.positions))
 
     def look(self, pixels):
         """`Sight` (n, S) of all positions of pixels (n, 2), each by its own ray."""
@@ -127,12 +126,12 @@ class PixelMeans:
         return radiance.reshape(n, samples, *radiance.shape[1:]).mean(axis=1)
 
     def mean_inside(self, pixels, corners, textures, colour):
-        """Mean radiance of pixels (n, 2) whose corners, `Sight` (n, 4), see one part.
+        """Return the mean radiance of pixels (n, 2) whose corners view one part.
 
-        Within such a pixel uv comes from a surface of second degree through nine rays.
-        A texture that knows the mean over a parallelogram then needs no positions.
-        Where the camera's map is not smooth, or something else shows through, every
-        position has its own ray.
+        corners: `Sight` (n, 4). Within such a pixel uv comes from a surface of second
+        degree through nine rays. A texture with closed-form means over a parallelogram
+        needs no positions. Where the camera's map is not smooth, or another surface is
+        visible, every position has its own ray.
         """
         others = pixels[:, None] + NODES[OTHERS]
         others = self.viewer.look(others.reshape(-1, 2)).reshaped(len(pixels), 5)
@@ -177,7 +176,7 @@ def _quadratic(t):
 
 
 def _smooth(uv):
-    """Whether second differences of uv (n, 3, 3, 2) are small beside the first."""
+    """Whether second differences of uv (n, 3, 3, 2) are small relative to the first."""
     good = np.ones(len(uv), bool)
     for a, b, c in (
         (uv[:, 0], uv[:, 1], uv[:, 2]),
@@ -185,15 +184,15 @@ def _smooth(uv):
     ):
         first = np.linalg.norm(c - a, axis=-1).max(axis=-1)
         second = np.linalg.norm(a - 2 * b + c, axis=-1).max(axis=-1)
-        good &= second <= SMOOTH * first
+        good &= second <= MAX_CURVATURE_SHARE * first
     return good
 
 
-# Peak of memory for one pixel: the image and what is kept beside it.
+# Peak memory for one pixel: the image and its work arrays.
 BYTES_RENDERED, BYTES_TRACED = 16, 96
 # A centre farther from the middle of its pixel's corners than this share of the
 # footprint betrays a jump of the camera's map inside the pixel.
-EVEN = 0.05
+MAX_CENTRE_OFFSET = 0.05
 # Bits of a key that number the regions of a part.
 REGION_BITS = 44
 
@@ -382,17 +381,17 @@ class Traced:
 
 @dataclass
 class _Block:
-    """Some rows of a view: what corners (h + 1, width + 1) and centres see."""
+    """Hold some rows of a view: sights of corners (h + 1, width + 1) and centres."""
 
     rows: range
     corners: Sight
     centres: Sight | None
-    # What the positions of pixels on a border between surfaces see; made when needed.
+    # Sights of positions in pixels on a border between surfaces; made when needed.
     borders: list = field(default_factory=list)
 
 
 def _row_blocks(raster):
-    height = max(1, RAYS_AT_ONCE // (raster.width + 1) - 1)
+    height = max(1, RAYS_PER_BLOCK // (raster.width + 1) - 1)
     for first in range(0, raster.height, height):
         yield range(first, min(first + height, raster.height))
 
@@ -437,10 +436,10 @@ def _shade(block, means, textures, colour):
 
 
 def lit_pixels(traced, number):
-    """Pixels that see one region of part `number` alone, and where on it they look.
+    """Return pixels that view one region of part `number` only, and their footprints.
 
-    For textures of one region that know their means (`Texture.averages`). Returns flat
-    indices (N,) in the image; uv, across, down (N, 2) mm, middle and sides of their
+    For textures of one region with closed-form means (`Texture.averages`). Returns flat
+    indices (N,) in the image; uv, across, down (N, 2) mm, centre and sides of the
     footprints; cosine (N,).
     """
     width = traced.viewer.raster.width
@@ -454,7 +453,7 @@ def lit_pixels(traced, number):
 
 
 def _alone(block, number):
-    """Pixels (h, w) that see part `number` at their corners and centre."""
+    """Return pixels (h, w) that view part `number` at their corners and centre."""
     here = block.corners.part == number
     alone = here[:-1, :-1] & here[:-1, 1:] & here[1:, :-1] & here[1:, 1:]
     return alone & (block.centres.part == number)
@@ -490,7 +489,7 @@ class _Mixed:
 
 
 def _shade_borders(block, border, means, textures, colour, image):
-    """Pixels between surfaces: which these are, no texture changes."""
+    """Shade pixels between surfaces, which no texture changes."""
     v, u = np.nonzero(border)
     step = means.pixels_at_once
     for number, i in enumerate(range(0, len(v), step)):
@@ -566,7 +565,7 @@ def _paint(image, edge, part, keys, number, colours):
 
 
 def _inside_radiance(block, inside, texture, keys):
-    """Radiance of pixels (h, w) that see one region of one texture."""
+    """Return the radiance of pixels (h, w) that view one region of one texture."""
     if texture.regional:
         row, column = np.nonzero(inside)
         # Of the upper left corner; the lower right one is a row and a step further.
@@ -580,31 +579,31 @@ def _inside_radiance(block, inside, texture, keys):
 
 
 def _sides(block, v, u):
-    """Sides (N, 2), (N, 2) in mm of the patches of surface that pixels (v, u) see."""
+    """Return sides (N, 2), (N, 2) in mm of the footprints of pixels (v, u)."""
     uv = block.corners.uv
     a, b, c, d = uv[v, u], uv[v, u + 1], uv[v + 1, u], uv[v + 1, u + 1]
     return (b + d - a - c) / 2, (c + d - a - b) / 2
 
 
 def _even(block):
-    """Whether the centre of each pixel lies in the middle of its footprint."""
+    """Return whether the centre of each pixel is the centre of its footprint."""
     return _centred(block.corners.uv, block.centres.uv)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _centred(corners, centres):
-    """Pixels (h, w) with places `centres` (h, w, 2) in the middle of their corners'."""
+    """Return pixels (h, w) whose `centres` (h, w, 2) are centred between corners."""
     height, width, _ = centres.shape
     even = np.empty((height, width), np.bool_)
     for i in range(height):
         for j in range(width):
-            off = size = 0.0
+            offset = size = 0.0
             for k in range(2):
                 a, b = corners[i, j, k], corners[i, j + 1, k]
                 c, d = corners[i + 1, j, k], corners[i + 1, j + 1, k]
-                off += abs(centres[i, j, k] - (a + b + c + d) / 4)
+                offset += abs(centres[i, j, k] - (a + b + c + d) / 4)
                 size += abs((b + d - a - c) / 2) + abs((c + d - a - b) / 2)
-            even[i, j] = off <= EVEN * size
+            even[i, j] = offset <= MAX_CENTRE_OFFSET * size
     return even
 
 

@@ -1,7 +1,7 @@
 """A rig: camera, lens, sensor, target and poses, read from one file.
 
-Every quantity in the file is {value, unit, origin, reason}; the schema beside this
-module says which fields there are and in which unit.
+Each quantity in the file is {value, unit, origin, reason}. The schema next to this
+module defines the fields and their units.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Monitor:
         for name, (good, advice) in limits.items():
             if not good:
                 found = getattr(self, name)
-                raise InputError(f"field '{name}': found {found}; {advice}")
+                raise InputError(f"field '{name}': value is {found}; {advice}")
 
     def radiance(self, value: ArrayLike, cosine: ArrayLike) -> np.ndarray:
         """Return the radiance of pixels seen under a viewing angle.
@@ -116,10 +116,10 @@ class Monitor:
 
 
 class ShiftedLens(Camera):
-    """A camera whose lens has moved the image by `shift` px on the sensor.
+    """Represent a camera whose lens has shifted the image by `shift` px on the sensor.
 
-    camera: any Camera; shift: (2,), right and down. Rays are those of `camera`, each
-    seen by a pixel so far away. It stands for one view and is never written to disk.
+    camera: any Camera; shift: (2,), right and down. Rays are those of `camera`, at
+    shifted pixels. It is valid for one view and is never written to disk.
     """
 
     def __init__(self, camera, shift):
@@ -135,7 +135,7 @@ class ShiftedLens(Camera):
 
     @property
     def parameters(self):
-        """Those of the camera; a shift that is told is none."""
+        """Return those of the camera; a known shift is not a parameter."""
         return self.camera.parameters
 
     def rays(self, pixels):
@@ -149,37 +149,36 @@ class ShiftedLens(Camera):
 
     def _fields(self):
         raise InputError(
-            f"{self.kind}: the lens has moved; save the camera before it",
+            f"{self.kind}: cannot be stored (shifted lens); save the camera before it",
             code="moved-lens",
         )
 
     @classmethod
     def _from_file(cls, file):
-        raise InputError(f"{cls.kind}: no file holds a camera whose lens has moved")
+        raise InputError(f"{cls.kind}: cannot be stored; save the camera before it")
 
 
-# What no image of a rig could show: limits that join several of its numbers. The
-# schema bounds each number alone. Here each is held against the size of the image
-# or of the target, before anything is computed with it.
+# Limits that combine several quantities of a rig. The schema bounds each of them alone.
+# Here each is compared with the size of the image or target, before it is used.
 
 
 # Peak memory of one pixel on its way through lens and sensor, per channel.
 BYTES_PER_PIXEL = 150
-# Blur of such an SD, as a share of the shorter side, spreads a point over a sixth of
-# the image: nothing of a target is left to find.
-MOST_BLUR = 1 / 40
-# An optical centre so many images away from the image is none of this image.
-FARTHEST_CENTRE = 1.0
-# Of a square or of a monitor's period: less has no middle.
-LEAST_PX = 2
-# Of the shorter side: a lens that moves farther has come off.
-MOST_SHIFT = 0.1
+# Blur as a share of the shorter side: a point would spread over a sixth of the image,
+# and no target could be detected.
+MAX_BLUR_SHARE = 1 / 40
+# Distance of the optical centre from the image, in image sizes.
+MAX_CENTRE_DISTANCE = 1.0
+# px of a square or of a monitor's period.
+MIN_SQUARE_PX = 2
+# Share of the shorter side.
+MAX_SHIFT_SHARE = 0.1
 # How often spots may cover the image over and over.
-MOST_COVERS = 10
+MAX_SPOT_COVERS = 10
 
 
 def check_memory(camera, sensor):
-    """Raise InputError where an image takes more than half of the memory."""
+    """Raise InputError if an image requires more than half of the memory."""
     channels = 3 if "bayer" in sensor else 1
     need = camera.width * camera.height * BYTES_PER_PIXEL * channels
     if need > physical_memory() / 2:
@@ -191,7 +190,7 @@ def check_memory(camera, sensor):
 
 
 def check_limits(camera, optics, blemishes, target, poses):
-    """Raise InputError, with the section's field, for what no image can show.
+    """Raise InputError, with the section's field, for values that no image can show.
 
     camera: the rig's; optics: its Optics; blemishes: its Blemishes; target, poses: the
     sections' values by name.
@@ -212,7 +211,7 @@ def _check_centre(camera, optics):
     for value, size in zip(
         optics.centre_px, (camera.width, camera.height), strict=True
     ):
-        if not -FARTHEST_CENTRE <= value / size <= 1 + FARTHEST_CENTRE:
+        if not -MAX_CENTRE_DISTANCE <= value / size <= 1 + MAX_CENTRE_DISTANCE:
             raise InputError(
                 f"field 'optics.centre.value': found {list(optics.centre_px)}; give a "
                 f"pixel in the image of {_size(camera)} px, or at most its own size "
@@ -221,13 +220,13 @@ def _check_centre(camera, optics):
 
 
 def _check_blur(camera, optics):
-    most = MOST_BLUR * min(camera.width, camera.height)
+    maximum = MAX_BLUR_SHARE * min(camera.width, camera.height)
     strongest = optics.strongest_blur_px(camera.width, camera.height)
-    if strongest > max(most, 1):
+    if strongest > max(maximum, 1):
         raise InputError(
             f"field 'optics.blur_sd.value': found {list(optics.blur_sd_px)}, up to "
             f"{strongest:.4g} px in the image of {_size(camera)} px; give at most "
-            f"{max(most, 1):.4g}, a fortieth of its shorter side"
+            f"{max(maximum, 1):.4g}, a fortieth of its shorter side"
         )
 
 
@@ -241,20 +240,21 @@ def _check_blemishes(camera, blemishes):
                 f"{_size(camera)} px; give at most its diagonal"
             )
     area = blemishes.spots * math.pi * blemishes.spot_radius[1] ** 2
-    if area > MOST_COVERS * camera.width * camera.height:
+    if area > MAX_SPOT_COVERS * camera.width * camera.height:
         raise InputError(
             f"field 'blemishes.spots.value': found {blemishes.spots} of up to "
             f"{blemishes.spot_radius[1]:g} px, which cover an image of {_size(camera)} "
-            f"px more than {MOST_COVERS} times; give fewer or smaller ones"
+            f"px more than {MAX_SPOT_COVERS} times; give fewer or smaller ones"
         )
 
 
 def _check_board(camera, target):
     columns, rows = target["columns"], target["rows"]
-    if columns * rows * LEAST_PX**2 > camera.width * camera.height:
+    if columns * rows * MIN_SQUARE_PX**2 > camera.width * camera.height:
         raise InputError(
             f"field 'target.columns.value': {columns} x {rows} corners have squares of "
-            f"less than {LEAST_PX} px in an image of {_size(camera)} px; give fewer"
+            f"less than {MIN_SQUARE_PX} px in an image of {_size(camera)} px; give "
+            "fewer"
         )
 
 
@@ -272,11 +272,11 @@ def _check_patterns(target):
     _check_monitor_chessboard(target)
     periods = target.get("phase_periods", (0, 0))
     for axis, count, pixels in zip("xy", periods, size, strict=True):
-        if count * LEAST_PX > pixels:
+        if count * MIN_SQUARE_PX > pixels:
             raise InputError(
                 f"field 'target.phase_periods.value': {count:g} periods along {axis} "
-                f"are narrower than {LEAST_PX} of the monitor's {pixels} px; give at "
-                f"most {pixels // LEAST_PX}"
+                f"are narrower than {MIN_SQUARE_PX} of the monitor's {pixels} px; give "
+                f"at most {pixels // MIN_SQUARE_PX}"
             )
 
 
@@ -313,11 +313,11 @@ def _check_poses(camera, poses):
             f"in an image of {_size(camera)} px; give less than its shorter side"
         )
     for index, entry in enumerate(poses.get("list", ())):
-        if math.hypot(*entry.get("lens_shift", (0, 0))) > MOST_SHIFT * side:
+        if math.hypot(*entry.get("lens_shift", (0, 0))) > MAX_SHIFT_SHARE * side:
             raise InputError(
                 f"field 'poses.list[{index}].lens_shift.value': found "
                 f"{list(entry['lens_shift'])} px in an image of {_size(camera)} px; "
-                f"give at most {MOST_SHIFT * side:g}, a tenth of its shorter side"
+                f"give at most {MAX_SHIFT_SHARE * side:g}, a tenth of its shorter side"
             )
     axis = poses.get("axis", (0, 0, 1))
     if math.hypot(*axis) < 1e-6:
@@ -331,11 +331,11 @@ def _size(camera):
     return f"{camera.width} x {camera.height}"
 
 
-# The camera of a rig file: units, viewers, and mirrors put in their places.
+# Camera of a rig file: units, viewers, and poses of mirrors.
 
 
-# Units of camera fields. Those not named here are pure numbers, or coefficients and
-# poses whose entries have several units; the file gives "1" for either.
+# Units of camera fields. Other fields are pure numbers, or coefficients and poses whose
+# entries have several units; the file gives "1" for either.
 CAMERA_UNITS = {
     **dict.fromkeys(("width", "height", "K", "principal_point", "centre"), "px"),
     **dict.fromkeys(("focal_px", "pixels_per_unit"), "px"),
@@ -351,24 +351,24 @@ CAMERA_UNITS = {
     "rulings": "deg",
     "pixels_per_mm": "px/mm",
 }
-# A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.
+# A mirror without T_viewer_mirror is at its viewer's focus, moved and rotated.
 MIRROR = QuadricMirrorCamera.kind
 MIRROR_FIELDS = (
     *("viewer", "shape", "axes", "rim_radius"),
     *("offset", "rotation", "distance", "side", "hole_radius", "T_viewer_mirror"),
 )
-# Many flat mirrors are those of a ball, unless each has a pose of its own.
+# Several flat mirrors form a ball, unless each has a pose.
 FACETS = PlanarMirrorsCamera.kind
 BALL_FIELDS = ("viewer", *argument_names(ball_facets)[0])
-BALL_NEEDS = ("viewer", *argument_names(ball_facets)[1])
+BALL_REQUIRED = ("viewer", *argument_names(ball_facets)[1])
 
 
 def rig_camera(path, data, field="camera"):
     """The camera of a section; complaints of its class get file and field."""
     if field.count(".") > MAX_NESTING_DEPTH:
         raise InputError(
-            f"{path}: {field}: a camera in {MAX_NESTING_DEPTH} others; give one nested "
-            "less deeply"
+            f"{path}: {field}: camera nested in {MAX_NESTING_DEPTH} others; "
+            "use fewer levels"
         )
     fields = {}
     for name, entry in data.items():
@@ -415,14 +415,14 @@ def _camera_value(path, field, name, leaf):
         return np.radians(np.array(leaf["value"], float))[()]
     except (TypeError, ValueError, OverflowError) as fault:
         raise InputError(
-            f"{path}: {field}.value: no number; give degrees, or a list of them"
+            f"{path}: {field}.value: not a number; give degrees, or a list of them"
         ) from fault
 
 
 def _placed_mirror(fields):
-    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`.
+    """Return a mirror at its viewer's focus, moved by `offset`, rotated by `rotation`.
 
-    Or with its apex at a `distance` ahead, which only makes a sphere's camera.
+    Or with its apex at a `distance` in front, which only makes a camera of a sphere.
     """
     needed = ("viewer", "shape", "axes", "rim_radius")
     _check_names(fields, MIRROR_FIELDS, needed, "a quadric mirror")
@@ -434,7 +434,7 @@ def _placed_mirror(fields):
 
 def _mirror_ball(fields):
     """A ball of facets at a `distance` ahead of its viewer."""
-    _check_names(fields, BALL_FIELDS, BALL_NEEDS, "a mirror ball")
+    _check_names(fields, BALL_FIELDS, BALL_REQUIRED, "a mirror ball")
     return PlanarMirrorsCamera.on_ball(**with_nested(fields))
 
 
@@ -446,11 +446,11 @@ def _check_names(fields, known, needed, what):
             raise InputError(f"field '{name}': unknown key; {advice}")
     for name in needed:
         if name not in fields:
-            raise InputError(f"field '{name}': missing; {what} needs it")
+            raise InputError(f"field '{name}': missing; add it ({what} requires it)")
 
 
 def named(path, section, fault):
-    """The fault of a section with file and field in front; section None: the rig."""
+    """Return the fault of a section with file and field; section None: the rig."""
     names, text = [section] if section else [], str(fault)
     while match := re.match(r"field '([^']+)': ", text):
         names, text = [*names, match[1]], text[match.end() :]
@@ -496,33 +496,32 @@ def read_radiances(values):
 
 
 def pattern_plan(values):
-    """The PatternPlan of `cells`, or of bits and periods each on their own.
+    """Return the PatternPlan of `cells`, or of separate bits and periods.
 
-    Raises InputError where both are given, or no pattern.
+    Raises InputError if both are given, or no pattern.
     """
     given = {name: values[name] for name in PLAN if name in values}
     if "cells" not in values:
         plan = PatternPlan(**given)
         if not any(plan.gray_bits) and not any(plan.phase_periods):
             raise InputError(
-                "field 'gray_bits': no pattern asked for; give gray_bits or "
+                "field 'gray_bits': no patterns; give gray_bits or "
                 "phase_periods, or cells"
             )
         return plan
     steps = given.pop("phase_steps", PatternPlan.phase_steps)
     if given:
         raise InputError(
-            f"field '{next(iter(given))}': found beside cells, which say it already; "
-            "give one of the two"
+            f"field '{next(iter(given))}': redundant with cells; give one of the two"
         )
     return plan_of_cells(values["monitor_px"], values["cells"], steps)
 
 
 def read_poses(values):
-    """(DrawnPoses, AroundPoses or ListedPoses; how many views to calibrate with).
+    """Return (DrawnPoses, AroundPoses or ListedPoses, number of calibration views).
 
-    Raises InputError for ranges that end before they begin, names given twice, and a
-    list that is all kept for evaluation.
+    Raises InputError for reversed ranges, repeated names, and a list without a
+    calibration view.
     """
     if values["kind"] == "listed":
         return _listed(values)
@@ -573,14 +572,14 @@ def _listed(values):
     return listed, len(shifts) - evaluate
 
 
-# A camera with its lens and sensor: the physical order of a photograph lives here.
+# A camera with its lens and sensor: the physical order of imaging.
 # Scene radiance; blur, vignetting and chromatic aberration of the lens; charge with
 # its shot noise, saturation and blooming; read noise; tone curve; rounding.
 
 
-# Pixels each way that stand for one of the sensor where the lens blurs: with two,
-# corners of a chessboard are found as well as with four.
-FINENESS = 2
+# Subpixels per sensor pixel along each axis where the lens blurs: with two, corners of
+# a chessboard are as accurate as with four.
+SUBPIXELS = 2
 
 
 @dataclass(frozen=True)
@@ -682,7 +681,7 @@ class Laboratory:
         InputError
             For an image too large for the memory.
         """
-        fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
+        fineness = SUBPIXELS if max(self.optics.blur_sd_px) > 0 else 1
         radiance = render(
             self.camera,
             T_world_camera,
@@ -727,7 +726,7 @@ class Laboratory:
 
 
 SCHEMA = Path(__file__).with_name("rig.schema.json")
-# A monitor is taken as seen where this many lines each way keep their distance.
+# A monitor counts as visible if so many lines along each axis keep their distance.
 MONITOR_LINES = 9
 
 
@@ -789,7 +788,7 @@ class Rig:
 
     @property
     def extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Corner (2,) and size (2,) of the whole target in its plane, mm."""
+        """Return corner (2,) and size (2,) of the whole target in its plane, mm."""
         if isinstance(self.target, ActiveGrid):
             return np.zeros(2), np.array(self.target.monitor_mm)
         margin = self.target.pitch_mm + self.border_mm  # type: ignore[operator]
@@ -828,8 +827,8 @@ class Rig:
 
     def shows_chessboard(self, index: int) -> bool:
         """Return whether a monitor shows its chessboard at the pose of this number."""
-        left_out = getattr(self.poses, "patterns_only", ())
-        return bool(self.target.chessboard) and not any(left_out[index : index + 1])  # type: ignore[union-attr]
+        excluded = getattr(self.poses, "patterns_only", ())[index : index + 1]
+        return bool(self.target.chessboard) and not any(excluded)  # type: ignore[union-attr]
 
     def at_view(self, index: int) -> Rig:
         """Return the rig in the view of this number, its lens shifted on the sensor."""
@@ -931,7 +930,7 @@ def _values(data):
 
 
 def _tuples(value):
-    """Lists as tuples, and 4.0 as the whole number that the schema takes it for."""
+    """Return lists as tuples, and 4.0 as an integer, as the schema does."""
     if isinstance(value, list):
         return tuple(map(_tuples, value))
     whole = isinstance(value, float) and value.is_integer()
@@ -974,7 +973,7 @@ def _check_board_is_whole(path, camera, is_board):
 
 def _sensor(values):
     if "gamma" in values and "response" in values:
-        raise InputError("field 'response': found beside gamma; give one of the two")
+        raise InputError("field 'response': redundant with gamma; give one of the two")
     response = values.get("response")
     return Sensor(
         white_e=values["white"],

@@ -1,4 +1,4 @@
-"""A scene: surfaces with textures before a background, in one world frame, mm."""
+"""Scenes: surfaces with textures in front of a background, in one world frame, mm."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from raxel.geometry import transform
 from raxel.lab.surfaces import Rectangle, TracedSurface
 from raxel.lab.textures import Panels, Texture
 
-# What a ray meets when it meets no surface, and when a position has no ray.
+# Parts for rays that meet no surface, and for positions without a ray.
 NOTHING, NO_RAY = -1, -2
 
 
@@ -89,7 +89,7 @@ RIGHT, DOWN, AHEAD = np.eye(3)
 
 
 def wall(corner, right, down, width, height, ground, patches=()):
-    """(Rectangle, Panels): a wall seen from the front, uv from its upper left corner.
+    """Return (Rectangle, Panels): a wall in front view, uv from its upper left corner.
 
     corner: (3,) of the upper left; right, down: (3,) unit along u and v; patches as in
     `Panels`.
@@ -111,7 +111,7 @@ def patch_edges(rectangle, patches):
 
 
 def window(x, y, width, height, panes, frame, pane_colours, frame_colour):
-    """Patches of a window: its frame, and panes (columns, rows) with bars between.
+    """Return patches of a window: its frame, and panes (columns, rows) with bars.
 
     x, y: upper left corner; frame: width of frame and bars, mm. The first patch is the
     whole window.

@@ -116,7 +116,7 @@ def _door(middle, height):
 
 
 def _neighbours(width, height):
-    """Lower houses to both sides, a little behind the front's line."""
+    """Return lower houses on both sides, slightly behind the front's line."""
     houses = []
     for side, colour, lower in ((-1, STONE, 2600.0), (1, (0.60, 0.46, 0.42), 4200.0)):
         tall, wide = height - lower, 14000.0
@@ -143,7 +143,7 @@ def _street():
     return Rectangle(T, 60000, 30000), slabs
 
 
-# A furnished room with many straight edges, seen from its middle.
+# A furnished room with many straight edges, viewed from its centre.
 
 
 PLASTER, SKIRTING, WHITE = (0.86, 0.78, 0.62), (0.30, 0.17, 0.09), (0.90, 0.90, 0.88)
@@ -343,7 +343,7 @@ def _table(eye):
 
 
 def _column(foot, height):
-    """A round column with stripes, to the right behind the camera."""
+    """Return a round column with stripes, to the right behind the camera."""
     upright = np.column_stack([RIGHT, AHEAD, -DOWN])
     radius = 170.0
     turn = np.pi * radius
@@ -362,7 +362,7 @@ def _column(foot, height):
     ]
 
 
-# What a monitor shows: coded patterns and even levels, as textures. uv is in mm from
+# Content of a monitor: coded patterns and even levels, as textures. uv is in mm from
 # the upper left corner of the lit area, x right and y down. The value of a pattern
 # runs from 0 to 1; `response(value, cosine)` makes it radiance, so gamma and the
 # falloff with the viewing angle belong to the monitor (`raxel.lab.Monitor`). The lit
@@ -480,7 +480,7 @@ class MonitorPattern(Texture):
 
     def __init__(
         self,
-        monitor_px: Sequence[int],
+        monitor_px: tuple[int, int],
         monitor_mm: Sequence[float] | None,
         pattern: Pattern,
         response: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
@@ -587,7 +587,7 @@ def monitor_scene(
     lit = Rectangle(T_world_target, *size)
     parts = [(lit, texture or MonitorLevel(1.0))]
     if frame_mm > 0:
-        # Behind the lit area by a hair, so that which one is nearer is not left open.
+        # Slightly behind the lit area, so that the nearer surface is well defined.
         behind = T_world_target @ pose(np.eye(3), [0, 0, 1e-3])
         rim = Rectangle(behind, *(size + 2 * frame_mm), (-frame_mm, -frame_mm))  # type: ignore[call-arg]
         parts.append((rim, Plain(frame)))

@@ -1,8 +1,8 @@
 """From light on the sensor to the numbers in a file.
 
-Light is counted in electrons of one pixel of the image. The order is that of nature:
-photons arrive at random, wells fill and overflow, reading adds its noise, and only then
-come the camera's own tone curve and the rounding.
+Light is counted in electrons of one pixel of the image. The order is physical: photons
+arrive at random, wells fill and overflow, the readout adds noise, and then the camera's
+tone curve and rounding follow.
 """
 
 from __future__ import annotations
@@ -19,20 +19,22 @@ from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
 
 # Tone curve and rounding in one: the shares from which on a file has the next number.
-# Whole numbers of a curve that never falls are told by the shares at which they
+# The integers of a nondecreasing curve are determined by the shares at which they
 # change. Those are found once, to the last digit; then an image is counted off,
 # pixel by pixel.
 
 
 # Cells of the table that says near which step a share lies; a power of two is exact.
-CELLS = 1 << 12
-# Shares so far outside 0 to 1 have the first number, or the last.
-FAR = 1e6
+N_CELLS = 1 << 12
+# Shares beyond these limits have the first number, or the last.
+MAX_SHARE = 1e6
 
 
 class ToneSteps(NamedTuple):
-    """steps (n,) float32: the least share that has the number 1, 2, ... n; below: how
-    many of them lie below a share less than 0, then below the start of each cell.
+    """Hold the steps of a tone curve.
+
+    steps: (n,) float32, the smallest share with the number 1, 2, ... n; below: number
+    of steps below zero, then below the start of each cell.
     """
 
     steps: np.ndarray
@@ -40,13 +42,15 @@ class ToneSteps(NamedTuple):
 
 
 def tone_steps(number_of, top):
-    """The ToneSteps of a function (N,) -> (N,) that never falls, up to number `top`.
+    """Return the ToneSteps of a nondecreasing function (N,) -> (N,), up to `top`.
 
-    number_of: whole numbers of float32 shares. A number that is never reached has an
+    number_of: integers of float32 shares. A number that is never reached has an
     infinite step.
     """
     wanted = np.arange(1, top + 1)
-    low, high = (np.full(top, _rank(np.float32(far))) for far in (-FAR, FAR))
+    low, high = (
+        np.full(top, _rank(np.float32(far))) for far in (-MAX_SHARE, MAX_SHARE)
+    )
     always = number_of(_share(low)) >= wanted
     never = number_of(_share(high)) < wanted
     while np.any(high - low > 1):
@@ -54,7 +58,7 @@ def tone_steps(number_of, top):
         reached = number_of(_share(middle)) >= wanted
         low, high = np.where(reached, low, middle), np.where(reached, middle, high)
     steps = np.where(always, -np.inf, np.where(never, np.inf, _share(high)))
-    starts = np.arange(CELLS + 1) / CELLS
+    starts = np.arange(N_CELLS + 1) / N_CELLS
     below = np.searchsorted(steps, starts, side="right")
     return ToneSteps(steps.astype(np.float32), np.append(0, below))
 
@@ -67,7 +71,7 @@ def counted(share, steps, kind):
 
 
 def _rank(share):
-    """Whole numbers that rise with float32 numbers, one for each."""
+    """Return integers that increase with float32 numbers, one for each."""
     bits = np.asarray(share, np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
@@ -82,25 +86,25 @@ def _share(rank):
 def _count_into(image, share, steps, below):
     for n in range(len(share)):
         x = share[n]
-        # What is not a number has the first one.
-        number = below[int(min(x, np.float32(1)) * CELLS) + 1] if x >= 0 else 0
+        # NaN has the first number.
+        number = below[int(min(x, np.float32(1)) * N_CELLS) + 1] if x >= 0 else 0
         while number < len(steps) and steps[number] <= x:
             number += 1
         image[n] = number
 
 
-# Values handled at once, so that the steps between stay in cache.
-BLOCK = 1 << 15
-# Electrons; the generator's limit lies above.
-MOST_E = 1e15
+# Values processed at once, which fit into the cache.
+BLOCK_VALUES = 1 << 15
+# Electrons, below the limit of the generator.
+MAX_ELECTRONS = 1e15
 # Where white has so many, shot and read noise are one Gaussian, in a quarter of the
 # time: the skewness of shot noise is below 0.05 from 400 electrons on, and where there
 # are fewer read noise hides it.
-GAUSSIAN_E = 5e4
+MIN_GAUSSIAN_ELECTRONS = 5e4
 # Between charges of a curve: steeper ones overflow.
-LEAST_STEP = 1e-9
+MIN_CHARGE_STEP = 1e-9
 BITS = {8: np.uint8, 16: np.uint16}
-# Which of red, green, blue (0, 1, 2) lies at (row, column) of the 2 x 2 mosaic.
+# Colour (red 0, green 1, blue 2) at (row, column) of the 2 x 2 mosaic.
 BAYER = {
     "RGGB": ((0, 1), (1, 2)),
     "BGGR": ((2, 1), (1, 0)),
@@ -188,7 +192,7 @@ class Sensor:
         for name, (good, advice) in limits.items():
             if not good:
                 found = getattr(self, name)
-                raise InputError(f"field '{name}': found {found}; {advice}")
+                raise InputError(f"field '{name}': value is {found}; {advice}")
         if self.response is not None:
             _check_response(*self.response)
 
@@ -251,7 +255,7 @@ class Sensor:
             Shares of the full well, shaped as the irradiance.
         """
         irradiance = np.asarray(irradiance)
-        at_once = self.white_e >= GAUSSIAN_E
+        at_once = self.white_e >= MIN_GAUSSIAN_ELECTRONS
         charge = np.empty(irradiance.shape, np.float32 if at_once else float)
         for rows in _row_blocks(charge):
             light = irradiance[rows].astype(charge.dtype)
@@ -266,7 +270,7 @@ class Sensor:
                 )
             else:
                 expected = np.maximum(light * self.white_e, 0)
-                charge[rows] = rng.poisson(np.minimum(expected, MOST_E))
+                charge[rows] = rng.poisson(np.minimum(expected, MAX_ELECTRONS))
         charge = bloom(charge, self.full_well_e, self.blooming)
         share = np.empty(charge.shape, np.float32)
         for rows in _row_blocks(charge):
@@ -310,7 +314,9 @@ class Sensor:
 def _charge_into(charge, light, noise, white_e, read_variance):
     """Electrons (N,) of light (N,), shot and read noise being `noise` (N,) of SD 1."""
     for n in range(len(charge)):
-        expected = min(max(light[n] * white_e, np.float32(0)), np.float32(MOST_E))
+        expected = min(
+            max(light[n] * white_e, np.float32(0)), np.float32(MAX_ELECTRONS)
+        )
         charge[n] = expected + noise[n] * np.sqrt(expected + read_variance)
 
 
@@ -321,8 +327,8 @@ def _steps_of(sensor):
 
 
 def _row_blocks(image):
-    """Slices of rows that together make the image, (H, ...), of BLOCK values or so."""
-    height = max(1, BLOCK * len(image) // max(image.size, 1))
+    """Return slices of rows that cover the image (H, ...), BLOCK_VALUES values each."""
+    height = max(1, BLOCK_VALUES * len(image) // max(image.size, 1))
     return (slice(i, i + height) for i in range(0, len(image), height))
 
 
@@ -376,7 +382,7 @@ def compressed(image, quality):
     """An image (H, W) or (H, W, 3), uint8, after JPEG and back."""
     import cv2
 
-    # OpenCV takes blue first; the standard's luminance must see red as red.
+    # OpenCV uses the order blue, green, red; the luminance weights depend on it.
     image = image[..., ::-1] if image.ndim == 3 else image
     as_file = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
     back = cv2.imdecode(as_file, cv2.IMREAD_UNCHANGED)
@@ -384,7 +390,7 @@ def compressed(image, quality):
 
 
 def mosaic(image, pattern):
-    """One colour per pixel (H, W) of (H, W, 3); a grey image looks alike in all."""
+    """Return one colour per pixel (H, W) of (H, W, 3); a grey image is unchanged."""
     if image.ndim == 2:
         return image
     out = np.empty(image.shape[:2], image.dtype)
@@ -410,14 +416,16 @@ def demosaiced(raw, pattern):
 
 
 def _check_response(charge, value):
-    """A curve that starts at no charge, ends at a full well, and never falls."""
-    ordered = len(charge) == len(value) >= 2 and np.all(np.diff(charge) > LEAST_STEP)
+    """Raise unless a curve starts at no charge, ends at a full well, never falls."""
+    ordered = len(charge) == len(value) >= 2 and np.all(
+        np.diff(charge) > MIN_CHARGE_STEP
+    )
     if not (ordered and charge[0] == 0 and charge[-1] == 1):
         raise InputError(
-            f"field 'response': found {len(charge)} charges and {len(value)} values; "
-            "give as many of each, the charges rising from 0 to 1"
+            f"field 'response': {len(charge)} charges and {len(value)} values; give as "
+            "many of each, the charges rising from 0 to 1"
         )
     if np.any(np.diff(value) < 0) or min(value) < 0 or max(value) > 1:
         raise InputError(
-            "field 'response': the values must not fall and must lie from 0 to 1"
+            "field 'response': values fall or are outside 0 to 1; give rising values"
         )

@@ -1,8 +1,8 @@
-"""A rig becomes an image set on disk, with the truth beside it.
+"""Rendering of an image set from a rig, with its ground truth.
 
-The set has the form of a recorded one (`raxel.sets`). In its folder `truth`, opened by
-evaluation alone, are the camera, the poses and what detectors and decoders ought to
-find.
+The set has the format of recorded ones (`raxel.sets`). Its folder `truth`, which only
+the evaluation reads, contains the camera, the poses and the ideal output of detectors
+and decoders.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import cast
 
 import numba
 import numpy as np
@@ -39,16 +40,23 @@ from raxel.lab.scenes import (
 from raxel.lab.target_poses import outline_of
 from raxel.sets.image_set import load_set, write_set
 from raxel.sets.model import ActiveGrid, ImageSet, Pattern, View
-from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, advance, patterns_of
+from raxel.sets.patterns import (
+    BLACK,
+    CHESSBOARD,
+    WHITE,
+    PatternPlan,
+    advance,
+    patterns_of,
+)
 
-# A photograph of a board by a rig: its light, its blemishes, and only its own rays.
-# What lies around a board is an even background, so rays are traced where the board
-# is and the rest of the image is laid in.
+# Image of a board by a rig: its light, its blemishes, and its rays. The surroundings of
+# a board are an even background, so rays are traced where the board is, and the rest of
+# the image is filled in.
 
 
 # Around the board's outline: blur and its repeated border pixels reach less far.
 MARGIN_PX = 16
-# Whether a pixel has a ray is asked of every n-th each way, for the background alone.
+# For the background, every n-th pixel along each axis is tested for a ray.
 RAY_STEP = 8
 
 
@@ -111,10 +119,10 @@ def light_of_board(
     window = window_of(rig, T_camera_board)
     mosaic = rig.sensor.bayer is not None
     part = rig.laboratory().irradiance(scene, np.eye(4), colour=mosaic, window=window)
-    beside, whole = light_of_room(rig)
+    around, whole = light_of_room(rig)
     if mosaic:
-        beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
-    whole[window.place] = beside[window.place] + part
+        around, whole = (np.repeat(x[..., None], 3, axis=2) for x in (around, whole))
+    whole[window.place] = around[window.place] + part
     return whole
 
 
@@ -133,8 +141,8 @@ def light_of_room(rig: Rig) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """
     mirror = mirror_in_view(rig.camera)
     shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
-    beside = rig.light.surround * (1 - mirror) * shade
-    return beside, beside + rig.radiances["background"] * mirror * shade
+    around = rig.light.surround * (1 - mirror) * shade
+    return around, around + rig.radiances["background"] * mirror * shade
 
 
 def saved(
@@ -245,7 +253,7 @@ LIT = 0  # the part of the scene
 
 
 class MonitorSight:
-    """A rig's camera before its monitor at one pose, T_camera_target (4, 4), mm."""
+    """Hold a rig's camera and its monitor at one pose, T_camera_target (4, 4), mm."""
 
     def __init__(self, rig, T_camera_target):
         self.rig, monitor = rig, rig.monitor
@@ -304,7 +312,7 @@ class MonitorSight:
 
 @numba.njit(cache=True)
 def _stripes(x, across, down, frequency, low, high):
-    """Light (N,) where no edge of a Gray code is near, and where one may be."""
+    """Return light (N,) where no edge of a Gray code is near, and where one may be."""
     light, crossed = np.empty(len(x), np.float32), np.empty(len(x), np.bool_)
     for n in range(len(x)):
         at = x[n] * frequency + 0.5
@@ -315,15 +323,15 @@ def _stripes(x, across, down, frequency, low, high):
     return light, crossed
 
 
-# An active grid photographed: one view, all its patterns, and the point of each
-# pixel. Rays and intersections are found once for a view; each pattern is then only
+# Images of an active grid: one view, all its patterns, and the point of each pixel.
+# Rays and intersections are computed once for a view; each pattern is then only
 # shaded.
 
 
-PIXELS_AT_ONCE = 1 << 16
+PIXELS_PER_BLOCK = 1 << 16
 # Smooth rays are closer to a camera's own than this share of the monitor.
-NEAR = 1e-3
-# Stream of random numbers of the chessboard, behind those of any patterns.
+RAY_TOL = 1e-3
+# Stream of random numbers of the chessboard, after those of any patterns.
 BOARD = 1 << 16
 
 
@@ -347,7 +355,10 @@ def render_patterns(
         WHITE, BLACK or the pattern shown, and its image.
     """
     laboratory, sight = rig.laboratory(), MonitorSight(rig, T_camera_target)
-    shown = [WHITE, BLACK, *patterns_of(rig.patterns)]
+    shown: list[str | Pattern] = [
+        *(WHITE, BLACK),
+        *patterns_of(cast(PatternPlan, rig.patterns)),
+    ]
     for number, what in enumerate(shown):
         rng = np.random.default_rng([*seed, number])
         if isinstance(what, str):
@@ -390,11 +401,11 @@ def points_seen(
     """
     points = np.full((camera.height, camera.width, 2), np.nan, np.float32)
     size, smooth = np.array(size_mm, float), smooth_rays(camera)
-    u, step = np.arange(float(camera.width)), max(1, PIXELS_AT_ONCE // camera.width)
+    u, step = np.arange(float(camera.width)), max(1, PIXELS_PER_BLOCK // camera.width)
     for first in range(0, camera.height, step):
         v = np.arange(first, min(first + step, camera.height), dtype=float)
         rays = smooth.grid(u, v)
-        _, near = _met(rays, T_camera_target, size, NEAR * size.max())
+        _, near = _met(rays, T_camera_target, size, RAY_TOL * size.max())
         near = np.flatnonzero(near)
         exact = smooth.exact_on_grid(u, v, rays, near)
         met, on = _met(exact, T_camera_target, size, 0.0)
@@ -402,18 +413,20 @@ def points_seen(
     return points
 
 
-def _met(rays, T_camera_target, size, beyond):
-    """Points (N, 2) mm of the monitor's plane that rays meet, and which (N,) of them
-    lie on its face, or as far as `beyond` mm beside it."""
+def _met(rays, T_camera_target, size, margin):
+    """Return points (N, 2) mm of the monitor's plane on rays, and a mask (N,).
+
+    The mask is True on the monitor's face and within `beyond` mm of it.
+    """
     met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
     with np.errstate(invalid="ignore"):
-        within = (met.points >= -beyond) & (met.points <= size + beyond)
+        within = (met.points >= -margin) & (met.points <= size + margin)
     facing = rays.directions @ T_camera_target[:3, 2] > 0
     return met.points, within.all(axis=1) & facing & met.valid & rays.valid
 
 
 TRUTH = "truth"
-# Streams of random numbers, so that no draw depends on how many came before.
+# Streams of random numbers, so that no draw depends on the number of draws before.
 POSES, NOISE, SPECIMEN = 0, 1, 2
 
 
@@ -507,7 +520,7 @@ def _monitor_view(rig, T_camera_target, index, use, folder, seed):
 
 
 def _described(rig, views, folder, seed):
-    note = f"rendered by raxel's virtual laboratory: rig {rig.name}, seed {seed}"
+    note = f"rendered by raxel's simulator: rig {rig.name}, seed {seed}"
     return ImageSet(
         name=rig.name,
         width=rig.camera.width,
@@ -539,7 +552,7 @@ def _write_truth(rig, poses, views, folder):
 
 
 def _corners_of_views(rig, labels, poses):
-    """`true_corners` of views, each with its own lens; label None: without a board."""
+    """Return `true_corners` of views, each with its lens; label None: no board."""
     parts = [
         true_corners(rig.at_view(index), {label: T})
         for index, (label, T) in enumerate(zip(labels, poses, strict=True))

@@ -1,8 +1,7 @@
 """Surfaces that rays can meet: rectangle, disc, cylinder, height field, box.
 
-A surface sits in the world by `T_world_surface` (4, 4), in mm, and carries its own
-two coordinates uv in mm, in which its texture is drawn. Every surface is seen from
-both sides.
+A surface has a pose `T_world_surface` (4, 4), in mm, in the world, and two coordinates
+uv in mm for its texture. Every surface is visible from both sides.
 """
 
 from __future__ import annotations
@@ -19,12 +18,13 @@ from raxel.geometry import pose, transform
 
 
 class Hit(NamedTuple):
-    """Where N rays first meet a surface.
+    """Hold the first intersections of N rays with a surface.
 
-    distance: (N,) from the ray's origin, inf where it misses; uv: (N, 2) surface
-    coordinates in mm; cosine: (N,) of the angle between ray and normal (the frame's z
-    axis, or away from a cylinder's axis), so above 0 where a flat surface is seen from
-    the front, with x right and y down. Where a ray misses, uv and cosine mean nothing.
+    distance: (N,) from the ray's origin, inf without an intersection; uv: (N, 2)
+    surface coordinates in mm; cosine: (N,) of the angle between ray and normal (the
+    frame's z axis, or away from a cylinder's axis), so positive where a flat surface is
+    viewed from the front, with x right and y down. Without an intersection, uv and
+    cosine are undefined.
     """
 
     distance: np.ndarray
@@ -33,13 +33,13 @@ class Hit(NamedTuple):
 
 
 class TracedSurface(abc.ABC):
-    """Something that rays can meet; `T_world_surface` places it in the world."""
+    """Represent a surface with its pose `T_world_surface` in the world."""
 
     def __init__(self, T_world_surface):
         T = np.array(T_world_surface, float)
         if T.shape != (4, 4) or not np.isfinite(T).all():
             raise InputError(
-                f"surface: found a pose of shape {T.shape}; give 4 x 4 finite numbers"
+                f"surface: pose has shape {T.shape}; give 4 x 4 finite numbers"
             )
         self.T_world_surface = T
 
@@ -134,7 +134,7 @@ class Disc(_Flat):
     radius : float
         Outer radius, mm.
     inner_radius : float
-        Radius of the hole, mm; 0 leaves none.
+        Radius of the hole, mm; 0 without a hole.
 
     Raises
     ------
@@ -162,7 +162,7 @@ class Disc(_Flat):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """Empty, (0, 2, 3): a disc has no straight border."""
+        """Return an empty array, (0, 2, 3): a disc has no straight border."""
         return np.empty((0, 2, 3))
 
 
@@ -183,10 +183,10 @@ class _Curved(TracedSurface):
 
 
 class Cylinder(_Curved):
-    """Mantle around the z axis of its frame, from z = 0 to `height`.
+    """Represent a mantle around the z axis of its frame, from z = 0 to `height`.
 
     uv is (radius * azimuth, z) with the azimuth in (-pi, pi] from the x axis: the seam
-    lies on the side of -x. Inside and outside are both seen; there are no lids.
+    is on the side of -x. Inside and outside are both visible; there are no lids.
     """
 
     def __init__(self, T_world_surface, radius, height):
@@ -211,7 +211,7 @@ class Cylinder(_Curved):
     def _followed(self, o, d, a, b, root):
         """`Hit` of rays whose lines meet the endless mantle."""
         c = o[0] ** 2 + o[1] ** 2 - self.radius**2
-        # The pair of roots in the form that loses no digits when c is small.
+        # Pair of roots in the form without cancellation for small c.
         q = -(b + np.where(b >= 0, root, -root))
         pair = np.stack([q / a, c / q])
         z = o[2] + pair * d[2]
@@ -225,16 +225,16 @@ class Cylinder(_Curved):
 
     @property
     def outline(self):
-        """None: both rims are circles."""
+        """Return None: both edges are circles."""
         return np.empty((0, 2, 3))
 
 
 class Relief(_Curved):
-    """A height field z = h(x, y) over a rectangle; uv is (x, y).
+    """Represent a height field z = h(x, y) over a rectangle; uv is (x, y).
 
     heights: (rows, columns) in mm at x = column * pitch_mm, y = row * pitch_mm,
     interpolated bilinearly. In each cell a ray meets it where a quadratic vanishes, so
-    the intersection is exact to rounding. Seen from above and below.
+    the intersection is exact to rounding. Visible from above and below.
     """
 
     def __init__(self, T_world_surface, heights, pitch_mm):
@@ -246,7 +246,7 @@ class Relief(_Curved):
                 "2 x 2"
             )
         if not np.isfinite(self.heights).all():
-            raise InputError("relief: heights hold values that are not finite")
+            raise InputError("relief: heights are not finite; give finite numbers")
         self.pitch_mm = _positive("relief", "pitch_mm", pitch_mm)
 
     def _hit(self, o, d):
@@ -255,19 +255,19 @@ class Relief(_Curved):
 
     @property
     def outline(self):
-        """None: the border follows the heights."""
+        """Return None: the border follows the heights."""
         return np.empty((0, 2, 3))
 
 
 def box(T_world_box, size):
-    """The six faces of a box of `size` (3,) mm with one corner at its frame's origin.
+    """Return the six faces of a box of `size` (3,) mm, a corner at its frame's origin.
 
-    The first three faces lie at x = 0, y = 0 and z = 0, the others opposite.
-    Returns six Rectangles; uv is (y, z), (z, x) and (x, y) in turn.
+    The first three faces are at x = 0, y = 0 and z = 0, the others opposite. Returns
+    six Rectangles; uv is (y, z), (z, x) and (x, y) in turn.
     """
     size = np.array(size, float)
     if size.shape != (3,) or not (size > 0).all():
-        raise InputError(f"box: found size {size.tolist()}; give three positive mm")
+        raise InputError(f"box: size is {size.tolist()}; give three positive mm")
     faces = []
     for far in (False, True):
         for axis in range(3):
@@ -307,16 +307,16 @@ def _plane_hits(origins, directions, T, low, high):
 
 @numba.njit(cache=True, error_model="numpy")
 def _relief_hits(origins, directions, heights, pitch):
-    """(distance (N,), uv (N, 2), cosine (N,)) of rays in the frame of a height field.
+    """Return (distance (N,), uv (N, 2), cosine (N,)) of rays at a height field.
 
-    origins: (N, 3) or (1, 3), directions: (N, 3), mm; heights: (rows, columns), mm,
-    `pitch` mm apart. Distance inf and uv 0 where a ray meets nothing.
+    origins: (N, 3) or (1, 3), directions: (N, 3), mm, in its frame; heights: (rows,
+    columns), mm, `pitch` mm apart. Distance inf and uv 0 without an intersection.
     """
     count = len(directions)
     rows, columns = heights.shape
     distance, cosine = np.full(count, np.inf), np.zeros(count)
     uv = np.zeros((count, 2))
-    # A little room above and below, so that a flat relief has an inside too.
+    # Margins above and below, so that a flat relief has an inside too.
     lowest, highest = heights.min(), heights.max()
     room = 1e-6 * max(pitch, highest - lowest)
     for n in range(count):
@@ -330,11 +330,11 @@ def _relief_hits(origins, directions, heights, pitch):
         now, leave = _between(oz, dz, lowest - room, highest + room, now, leave)
         while now < leave:
             # A step beyond the line decides which cell the ray is in.
-            ahead = now + 1e-9 / max(abs(dx), abs(dy), 1e-12)
-            i = min(max(int(np.floor(ox + ahead * dx)), 0), columns - 2)
-            j = min(max(int(np.floor(oy + ahead * dy)), 0), rows - 2)
+            forward = now + 1e-9 / max(abs(dx), abs(dy), 1e-12)
+            i = min(max(int(np.floor(ox + forward * dx)), 0), columns - 2)
+            j = min(max(int(np.floor(oy + forward * dy)), 0), rows - 2)
             after = min(_crossing(ox, dx, i), _crossing(oy, dy, j), leave)
-            after = max(after, ahead)
+            after = max(after, forward)
             root = _root_in_cell(
                 (ox - i, oy - j, oz),
                 (dx, dy, dz),
@@ -413,5 +413,5 @@ def _as_hit(seen, distance, u, v, cosine):
 def _positive(surface, name, value):
     value = float(value)
     if not (0 < value < np.inf):
-        raise InputError(f"{surface}: {name}: found {value}; give a positive length")
+        raise InputError(f"{surface}: {name} is {value}; give a positive length")
     return value

@@ -1,7 +1,7 @@
-"""Where a target stands before a camera: a list of poses, or a seeded distribution.
+"""Poses of a target in view of a camera: a list, or a seeded random distribution.
 
-Only poses that keep the target in view count. Whether they do is a matter of geometry:
-no image is rendered and no detector asked.
+Only poses that keep the target in view count. This is tested geometrically, without
+rendering or detection.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from raxel.geometry.poses import (
     transform,
 )
 
-TRIES_PER_POSE = 1000
-# If none of so many shows the target, the ranges are wrong: more would only take time.
-TRIES_FOR_ONE = 1000
+MAX_TRIES_PER_POSE = 1000
+# If none of so many poses shows the target, the ranges are wrong.
+MAX_TRIES_FOR_FIRST = 1000
 OUTLINE_POINTS = 25
 IN_VIEW = ""
-BESIDE = "outside the field of view"
+OUT_OF_VIEW = "outside the field of view"
 # Lines of sight from a viewer to its mirror that a target must leave free, each way.
 SIGHT_LINES = 24
-# Of pixels, each way, of which one must see a target that is seen in pieces.
+# Pixels along each axis, of which one must view a partly visible target.
 PIECE_LINES = 100
 # Bisection of the distance, as shares of the target's diagonal.
-NEAREST, FARTHEST, HALVINGS = 0.02, 100.0, 60
+MIN_DISTANCE_RATIO, MAX_DISTANCE_RATIO, N_HALVINGS = 0.02, 100.0, 60
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ class Visibility:
             return "between viewer and mirror"
         if not (self.whole and camera.continuous):
             seen = _shows_a_piece(camera, T_camera_target, outline)
-            return IN_VIEW if seen else BESIDE
-        # The four corners first, then the last rows: they tell most poses that will
-        # not do, where a whole lattice has up to a million points.
+            return IN_VIEW if seen else OUT_OF_VIEW
+        # The four corners first, then the last rows: they reject most invalid poses,
+        # while a whole lattice has up to a million points.
         corners = outline[:: max(1, len(outline) // 4)]
         _, reason = self._seen(camera, T_camera_target, corners)
         for rows in (lattice[:2], lattice[-2:]):
@@ -103,7 +103,7 @@ class Visibility:
             return reason
         normal = rotate(T_camera_target, np.array([0.0, 0.0, 1.0]))
         if not np.all(camera.rays(pixels).directions @ normal > 0):
-            return "seen from behind"
+            return "visible from behind"
         return self._spacing_fault(pixels[len(outline) :].reshape(lattice.shape))
 
     def _lattice_fault(self, camera, T_camera_target, lattice):
@@ -111,7 +111,7 @@ class Visibility:
         return reason or self._spacing_fault(pixels.reshape(lattice.shape))
 
     def _spacing_fault(self, seen):
-        """The fault of neighbours in the image, `seen` (rows, columns, 2)."""
+        """Return the fault of neighbours in the image, `seen` (rows, columns, 2)."""
         steps = [np.linalg.norm(np.diff(seen, axis=k), axis=2).min() for k in (0, 1)]
         return IN_VIEW if min(steps) >= self.least_spacing_px else "too small"
 
@@ -120,7 +120,7 @@ class Visibility:
         points = transform(T_camera_target, on_plane(flat))
         pixels, valid = camera.project(points)
         if not valid.all():
-            return pixels, BESIDE
+            return pixels, OUT_OF_VIEW
         low, high = self.margin_px - 0.5, np.array([camera.width, camera.height]) - 0.5
         if not np.all((pixels >= low) & (pixels <= high - self.margin_px)):
             return pixels, "too near the image's border"
@@ -128,7 +128,7 @@ class Visibility:
 
 
 def _shows_a_piece(camera, T_camera_target, outline):
-    """Whether any of pixels spread over the image sees the face of a target."""
+    """Whether one of some pixels spread over the image views the face of a target."""
     u, v = (np.linspace(0, n - 1, PIECE_LINES) for n in (camera.width, camera.height))
     rays = camera.rays(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
@@ -141,7 +141,7 @@ def _shows_a_piece(camera, T_camera_target, outline):
 
 @lru_cache(maxsize=8)
 def _mirror_points(camera):
-    """Points (N, 3) spread over the mirror, in the viewer's frame; none without one."""
+    """Return points (N, 3) spread over the mirror, in the viewer's frame, or None."""
     u, v = np.meshgrid(
         np.linspace(0, camera.width - 1, SIGHT_LINES),
         np.linspace(0, camera.height - 1, SIGHT_LINES),
@@ -152,7 +152,7 @@ def _mirror_points(camera):
 
 
 def _hides_mirror(camera, T_camera_target, outline):
-    """Whether a target stands between a viewer at the origin and its mirror."""
+    """Whether a target is between a viewer at the origin and its mirror."""
     T = inverse_pose(T_camera_target)
     eye, ends = T[:3, 3], transform(T, _mirror_points(camera))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -164,13 +164,12 @@ def _hides_mirror(camera, T_camera_target, outline):
 
 @dataclass(frozen=True)
 class ListedPoses:
-    """Poses T_camera_target (n, 4, 4), in the order they are used.
+    """Hold poses T_camera_target (n, 4, 4), in the order of use.
 
-    names: what the views of them are called, None for a number; patterns_only: where a
-    monitor's chessboard is not shown; lens_shifts: (n, 2) px, how far the lens has
-    moved the image on the sensor in each view. shift_mm, turn: how exactly a target is
-    set up by hand, standard deviations of its middle along each axis and of its
-    orientation about each (radians).
+    names: of their views, None for a number; patterns_only: views without a monitor's
+    chessboard; lens_shifts: (n, 2) px, shift of the image on the sensor in each view.
+    shift_mm, turn: precision of a manual setup, standard deviations of the target's
+    centre along each axis and of its orientation about each (radians).
     """
 
     poses: np.ndarray
@@ -184,14 +183,14 @@ class ListedPoses:
         """The first `count` poses; InputError where one is missing or not in view."""
         if count > len(self.poses):
             raise InputError(
-                f"field 'list': {len(self.poses)} poses found, {count} needed; add some"
+                f"field 'list': {len(self.poses)} poses; give {count} or more"
             )
         poses = np.stack([self._set_up(T, rng, extent) for T in self.poses[:count]])
         for index, T in enumerate(poses):
             reason = fault(T)
             if reason:
                 raise InputError(
-                    f"field 'list[{index}]': the target is {reason}; mend the pose"
+                    f"field 'list[{index}]': the target is {reason}; correct the pose"
                 )
         return poses
 
@@ -208,14 +207,14 @@ class _RandomPoses:
     """Poses drawn one by one until enough of them show the target."""
 
     def draw(self, rng, count, extent, fault):
-        """Poses (count, 4, 4) that show the target.
+        """Return poses (count, 4, 4) with the target in view.
 
         extent: (corner (2,), size (2,)) of the whole target, mm; fault: pose -> why it
-        is not in view, or ''. Raises InputError with the count of tries and the
-        reasons where there are too few.
+        is not in view, or ''. Raises InputError with the number of tries and the
+        reasons if there are too few.
         """
         poses, reasons = [], Counter()
-        for tries in range(1, TRIES_PER_POSE * count + 1):
+        for tries in range(1, MAX_TRIES_PER_POSE * count + 1):
             T = self._one(rng, *extent)
             reason = fault(T)
             reasons[reason] += 1
@@ -223,13 +222,13 @@ class _RandomPoses:
                 poses.append(T)
             if len(poses) == count:
                 return np.stack(poses)
-            if tries == TRIES_FOR_ONE and not poses:
+            if tries == MAX_TRIES_FOR_FIRST and not poses:
                 break
         del reasons[IN_VIEW]
-        told = ", ".join(f"{n} times {why}" for why, n in reasons.most_common())
+        listed = ", ".join(f"{n} times {why}" for why, n in reasons.most_common())
         raise InputError(
-            f"{len(poses)} of {count} poses found that show the target, in "
-            f"{tries} tries ({told}); give other ranges"
+            f"{len(poses)} of {count} poses show the target, in {tries} tries "
+            f"({listed}); give other ranges"
         )
 
 
@@ -259,12 +258,12 @@ class DrawnPoses(_RandomPoses):
 
 @dataclass(frozen=True)
 class AroundPoses(_RandomPoses):
-    """Independent, uniform draws of how large a target looks from a point, and where.
+    """Draw independent, uniform values of a target's apparent size and direction.
 
     centre: (3,) mm and axis: (3,), where angles are measured, camera frame; polar:
-    angle of the target's middle from the axis, in any azimuth; subtense: the largest
+    angle of the target's centre from the axis, in any azimuth; subtense: the largest
     angle between two of the target's four corners, which fixes its distance; tilt and
-    turn: as in DrawnPoses. Angles in radians, each (least, greatest).
+    turn: as in DrawnPoses. Angles in radians, each (minimum, maximum).
     """
 
     centre: tuple[float, float, float]
@@ -280,8 +279,8 @@ class AroundPoses(_RandomPoses):
             for limits in (self.polar, self.tilt, self.subtense, self.turn)
         )
         towards, R = _orientation(rng, polar, tilt, turn)
-        ahead = _turned_to(self.axis)
-        towards, R = ahead @ towards, ahead @ R
+        forward = _turned_to(self.axis)
+        towards, R = forward @ towards, forward @ R
         arms = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2
         arms = on_plane(arms) @ R.T
         distance = _distance_for(subtense, arms, towards[:, 2])
@@ -300,7 +299,7 @@ def _orientation(rng, off_axis, tilt, turn):
 
 
 def _turned_to(axis):
-    """The rotation that takes the z axis to `axis` (3,) by the shortest way."""
+    """Return the smallest rotation that maps the z axis to `axis` (3,)."""
     axis = np.array(axis, float) / np.linalg.norm(axis)
     across = np.cross([0, 0, 1], axis)
     if not across.any():
@@ -314,8 +313,10 @@ def _distance_for(subtense, arms, towards):
 
     The angle falls from 180 degrees next to the middle to 0 far away.
     """
-    near, far = np.array([NEAREST, FARTHEST]) * np.linalg.norm(arms[0] - arms[2])
-    for _ in range(HALVINGS):
+    near, far = np.array([MIN_DISTANCE_RATIO, MAX_DISTANCE_RATIO]) * np.linalg.norm(
+        arms[0] - arms[2]
+    )
+    for _ in range(N_HALVINGS):
         distance = np.sqrt(near * far)
         lines = arms + distance * towards
         lines /= np.linalg.norm(lines, axis=1, keepdims=True)

@@ -1,8 +1,8 @@
-"""What surfaces look like: radiance as a function of the surface coordinates uv in mm.
+"""Textures: radiance as a function of the surface coordinates uv in mm.
 
 Radiance is linear. The scene is lit evenly from all sides, so a diffuse surface shows
 its albedo from every direction (Lambert's law under ambient light): 1.0 is a white
-surface in full light, and the cosine of view matters to no texture but a monitor.
+surface in full light. Only a monitor's texture depends on the cosine of view.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from raxel.errors import InputError
 # Rec. 709 luminance of linear red, green, blue.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Ratio of the sides of a footprint below which one counts as that narrow.
-NARROWEST = 1e-6
-# Keeps a footprint without extent apart from zero, mm.
-SMALLEST = 1e-30
+MIN_SIDE_RATIO = 1e-6
+# Minimal extent of a footprint, mm.
+MIN_EXTENT_MM = 1e-30
 
 
 class Texture(abc.ABC):
-    """An image on a surface; smooth, unless a subclass says otherwise."""
+    """Represent an image on a surface; smooth, unless a subclass overrides it."""
 
-    # True where means over a pixel's footprint are known in closed form.
+    # Whether means over a pixel's footprint have a closed form.
     averages = False
     # True where radiance is constant in each region.
     regional = False
@@ -35,30 +35,30 @@ class Texture(abc.ABC):
 
     @abc.abstractmethod
     def radiance(self, uv, cosine):
-        """Radiance at points uv (N, 2) seen under cosine (N,): (N,) or (N, 3) RGB."""
+        """Return radiance at points uv (N, 2) and cosine (N,): (N,) or (N, 3) RGB."""
 
     def average(self, uv, across, down, cosine):
-        """Mean radiance over parallelograms; only where `averages` is True.
+        """Return the mean radiance over parallelograms; only if `averages` is True.
 
-        uv: (N, 2) their middles; across, down: (N, 2) their sides, all in mm. NaN
+        uv: (N, 2) their centres; across, down: (N, 2) their sides, all in mm. NaN
         where a texture with regions has no closed form.
         """
         raise NotImplementedError
 
     def label(self, uv):
-        """Number (N,) of the region that each point lies in, int, 0 or more.
+        """Return the number (N,) of the region of each point, int, 0 or more.
 
-        Where two points have unlike numbers an edge may lie between them.
+        Where two points have different numbers an edge may be between them.
         """
         return np.zeros(len(uv), np.int64)
 
 
 class RegionTexture(Texture):
-    """Constant radiance in each region: `label` is the index into `colours`.
+    """Represent constant radiance in each region; `label` is the index into `colours`.
 
-    Regions of one colour that do not touch have numbers of their own, so that what
-    lies between them is not overlooked however thin it is. `light`: how much light
-    reaches each place, uv (N, 2) -> (N,), changing little over a pixel; None: all.
+    Regions of one colour that do not touch have different numbers, so that thin regions
+    between them are not missed. `light`: light at each point, uv (N, 2) -> (N,), nearly
+    constant over a pixel; None: full light.
     """
 
     regional = True
@@ -135,13 +135,13 @@ class Plain(RegionTexture):
 
 
 class ChessboardTexture(GridTexture):
-    """A chessboard of columns x rows interior corners on a white border.
+    """Represent a chessboard of columns x rows interior corners on a white border.
 
     uv is the frame of `raxel.sets.Chessboard.points()`: the first interior corner at
     (0, 0), x along a row of corners, y from row to row. The cell between the first
-    corners is white, as in the standard order that detectors answer in. The border is
-    `border_mm` wide around the outer squares; `extent` gives the corner and size of
-    the whole sheet.
+    corners is white, as in the standard order of detectors. The border is `border_mm`
+    wide around the outer squares; `extent` gives the corner and size of the whole
+    sheet.
     """
 
     def __init__(
@@ -216,7 +216,7 @@ class Tiles(Texture):
         self.colours = colour_table(*colours, joint_colour)
 
     def _cells(self, uv):
-        """Column, row, and whether the point lies in a joint."""
+        """Return column, row, and whether the point is in a joint."""
         row = np.floor(uv[:, 1] / self.size[1])
         x = uv[:, 0] / self.size[0] - self.shift * (row % 2)
         column = np.floor(x)
@@ -225,13 +225,13 @@ class Tiles(Texture):
         return column, row, in_joint
 
     def label(self, uv):
-        """Number of the tile; the joint beside it counts on its own."""
+        """Return the number of the tile; joints are counted separately."""
         column, row, in_joint = self._cells(uv)
         # 2^20 tiles each way from the origin are enough for any room.
         return _natural(column) * 2**22 + _natural(row) * 2 + in_joint
 
     def radiance(self, uv, cosine):
-        """Colours take turns along and across."""
+        """Return colours that alternate along both axes."""
         column, row, in_joint = self._cells(uv)
         count = len(self.colours) - 1
         which = ((column + row) % count).astype(np.int64)
@@ -239,10 +239,10 @@ class Tiles(Texture):
 
 
 class Panels(GridTexture):
-    """Rectangles painted over a ground colour, the later over the earlier.
+    """Represent rectangles over a ground colour, later ones over earlier ones.
 
-    patches: (x0, y0, x1, y1, colour) in mm. All their sides together cut the surface
-    into a grid whose cells are the regions.
+    patches: (x0, y0, x1, y1, colour) in mm. Their sides divide the surface into a grid
+    whose cells are the regions.
     """
 
     def __init__(self, ground, patches):
@@ -316,11 +316,11 @@ class ImageTexture(Texture):
 
 @numba.njit(cache=True)
 def _cells(uv, lines_u, lines_v):
-    """Numbers (N,) of the cells that points (N, 2) lie in, row by row."""
+    """Return the numbers (N,) of the cells of points (N, 2), row by row."""
     cells = np.empty(len(uv), np.int64)
     column = row = 0
     for n in range(len(uv)):
-        # The point before lay in the same cell, or in one near by.
+        # The point before was in the same cell, or in one near by.
         column = interval(lines_u, uv[n, 0], column)
         row = interval(lines_v, uv[n, 1], row)
         cells[n] = row * (len(lines_u) + 1) + column
@@ -329,7 +329,7 @@ def _cells(uv, lines_u, lines_v):
 
 @numba.njit(cache=True)
 def interval(nodes, value, near):
-    """How many of the rising `nodes` are not above a value; sought from `near` on."""
+    """Return the number of rising `nodes` up to a value, searched from `near` on."""
     while near > 0 and not nodes[near - 1] <= value:
         near -= 1
     while near < len(nodes) and nodes[near] <= value:
@@ -357,10 +357,10 @@ def colour_table(*colours):
 
 
 def share_beyond(away, across, down):
-    """Share of a parallelogram beyond a straight line, exactly.
+    """Return the exact share of a parallelogram beyond a straight line.
 
-    away: (N,) how far its middle lies beyond the line; across, down: (N,) how far its
-    two sides reach in that direction, same unit.
+    away: (N,) distance of its centre beyond the line; across, down: (N,) extent of its
+    two sides in that direction, same unit.
     """
     a, b, reach = _sides(across, down)
     # Far from the line the ramps' difference would lose its digits.
@@ -372,13 +372,13 @@ def share_beyond(away, across, down):
 
 
 def _sides(across, down):
-    """Lengths of both sides, none quite zero, and how far the middle is from the end.
+    """Return nonzero lengths of both sides, and the distance from centre to end.
 
-    Where a side runs along the line its width there does not matter.
+    Where a side is parallel to the line its width does not matter.
     """
     a, b = np.abs(across), np.abs(down)
-    least = NARROWEST * (a + b) + SMALLEST
-    a, b = np.maximum(a, least), np.maximum(b, least)
+    smallest = MIN_SIDE_RATIO * (a + b) + MIN_EXTENT_MM
+    a, b = np.maximum(a, smallest), np.maximum(b, smallest)
     return a, b, (a + b) / 2
 
 
@@ -387,9 +387,9 @@ def _ramp(x):
 
 
 def share_in_bars(y, across, down, duty):
-    """Share of a parallelogram in bars of period 1, each on [k, k + duty), exactly.
+    """Return the exact share of a parallelogram in bars of period 1, [k, k + duty).
 
-    y: (N,) where its middle lies; across, down: (N,) how far its sides reach.
+    y: (N,) its centre; across, down: (N,) extent of its sides.
     """
     past = y - np.floor(y)
     share = (past < duty).astype(float)
@@ -421,5 +421,6 @@ def _bars_twice(y, duty):
 
 
 def _natural(numbers):
-    """Whole numbers of any sign as numbers from 0 on, parity kept."""
+    """Return integers of any sign as numbers from 0 on with the same parity."""
+
     return numbers.astype(np.int64) + 2**20

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,12 +38,12 @@ from raxel.show.scene import (
     Surface,
     finite_points,
 )
-from raxel.show.view import INK, SIGHT, board, framed, polygon
+from raxel.show.view import INK, VIEW_DIRECTION, board, framed, polygon
 
 BLUE, ORANGE, GREEN, SILVER = "#0072b2", "#d55e00", "#009e73", "#9fb4c7"
 FAINT, SKY = "#8a939e", "#56b4e9"
 AXES = {"x": "#c0392b", "y": "#2e8b57", "z": "#2457a6"}
-# Directions in which the edge of the field is looked for, places tried in each, and
+# Directions in which the edge of the field is searched, positions tested in each, and
 # bisections after that.
 AROUND, OUTWARD, HALVINGS = 144, 100, 30
 # Rings and spokes of a mirror of revolution, and lines of a sheet.
@@ -53,8 +54,8 @@ CAUSTIC_PX = 30
 # How long rays are drawn: in spans of their origins, and without one in mm.
 REACH, REACH_MM = 1.1, 100.0
 PYRAMID = ((-0.6, -0.45, 1), (0.6, -0.45, 1), (0.6, 0.45, 1), (-0.6, 0.45, 1))
-# Rays closer together than this share of the drawn length come from one place.
-ONE_POINT = 1e-6
+# Rays within this share of the drawn length start at one point.
+POINT_TOL = 1e-6
 
 
 def rays(
@@ -97,10 +98,10 @@ def spread_pixels(camera, grid):
 
 
 def field_edge(camera):
-    """Pixels (N, 2) around the part of the image that has rays, the last the first.
+    """Return pixels (N, 2) around the part of the image that has rays, a closed line.
 
-    Outward from mid-image, in even directions: the farthest pixel with a ray, which is
-    the image's border or the edge of the field of view. NaN where there is none.
+    In evenly spaced directions from the image centre: the farthest pixel with a ray, at
+    the image's border or the edge of the field of view. NaN without any.
     """
     size = np.array([camera.width, camera.height])
     turn = np.linspace(0, 2 * np.pi, AROUND + 1)
@@ -228,7 +229,7 @@ def axes(
     """
     T = np.eye(4) if T_frame_axes is None else np.asarray(T_frame_axes, float)
     tips = transform(T, length * np.eye(3))
-    parts = [
+    parts: list[Arrows | Labels] = [
         Arrows(T[None, :3, 3], tip[None], colour, width=2.5)
         for tip, colour in zip(tips, AXES.values(), strict=True)
     ]
@@ -260,7 +261,7 @@ def mirrors(
     list of Surface
         Mirrors in the camera frame; empty for a camera without one.
     """
-    if hasattr(camera, "outlines"):
+    if hasattr(camera, "outlines") and hasattr(camera, "T_viewer_facets"):
         rings = [
             transform(T, on_plane(outline))
             for T, outline in zip(camera.T_viewer_facets, camera.outlines, strict=True)
@@ -268,7 +269,7 @@ def mirrors(
         return [
             polygon(ring, colour=colour, opacity=opacity, label=label) for ring in rings
         ]
-    if not hasattr(camera, "mirror"):
+    if not (hasattr(camera, "mirror") and hasattr(camera, "T_viewer_mirror")):
         return []
     mirror = camera.mirror
     if hasattr(mirror, "nodes"):
@@ -362,7 +363,9 @@ def moved(
     out = []
     for part in parts:
         names = ("starts", "ends") if hasattr(part, "starts") else ("points",)
-        new = {n: transform(T, scale * np.asarray(getattr(part, n))) for n in names}
+        new: dict[str, Any] = {
+            n: transform(T, scale * np.asarray(getattr(part, n))) for n in names
+        }
         if unlabelled:
             new["label"] = ""
         out.append(replace(part, **new))
@@ -389,15 +392,15 @@ def camera_scene(camera: Camera, name: str = "camera") -> Scene:
     seen = camera.rays(spread_pixels(camera, RAY_GRID))
     origins = seen.origins[seen.valid]
     reach = drawn_reach(camera)
-    parts = [rays(camera, reach), *field_of_view(camera, reach)]
-    parts += mirrors(camera) + viewing_rays(camera)
+    parts: list[Part] = [rays(camera, reach), *field_of_view(camera, reach)]
+    parts += [*mirrors(camera), *viewing_rays(camera)]
     parts.append(Points(origins, INK, "start of a ray", 4.0))
     measured = camera.rays(spread_pixels(camera, MEASURED))
     gap, nearest = centrality(measured), closest_point(measured)
-    if gap > ONE_POINT * reach:
+    if gap > POINT_TOL * reach:
         parts += caustics(camera, 1.5 * reach)
         parts.append(Points(nearest[None], "#c76ea3", "nearest to all rays", 12.0))
-        found = f"not central: no point is nearer to all rays than {gap:.2g} mm (RMS)"
+        found = f"non-central: RMS distance of the rays from a point is {gap:.2g} mm"
     else:
         parts.append(Points(nearest[None], ORANGE, "centre", 12.0))
         found = "central: all rays meet in one point"
@@ -424,14 +427,14 @@ def _middle(points):
     return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
-# Targets before a camera as a scene: the rigs of the laboratory, and posed boards.
+# Scenes of targets in front of a camera: rigs of the simulator, and posed boards.
 
 
 CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
 # The camera's pyramid, and its axes, as shares of the farthest target's distance.
 BODY, AXIS, FIELD = 0.1, 0.25, 0.6
 # A mirror that is nearer than this share of it has one name with the camera.
-APART = 0.25
+MAX_LABEL_DISTANCE = 0.25
 
 
 def drawn_poses(rig: Rig, seed: int) -> np.ndarray:
@@ -507,14 +510,14 @@ def posed_targets(camera, targets, poses, uses, note, border_mm=None):
 
 
 def facing_sight(poses):
-    """Of the usual view and its mirror images the one that sees most fronts (3,)."""
+    """Return the standard view (3,) or the reflection of it that shows most fronts."""
     signs = np.array([[1, 1, 1], [-1, 1, 1], [1, 1, -1], [-1, 1, -1]])
-    views = signs * np.array(SIGHT)
+    views = signs * np.array(VIEW_DIRECTION)
     return views[np.argmax((poses[:, :3, 2] @ views.T > 0).sum(axis=0))]
 
 
 def _camera_for(camera, boards):
-    """The camera that sees `boards`, drawn to their size."""
+    """Return the camera of `boards`, scaled to their size."""
     corners = np.concatenate([finite_points(part) for part in boards])
     far = np.linalg.norm(corners, axis=1).max()
     parts = field_of_view(camera, FIELD * far)
@@ -525,7 +528,7 @@ def _camera_for(camera, boards):
     if silvered:
         surface = np.concatenate([finite_points(part) for part in silvered])
         parts += silvered + viewing_rays(camera)
-        if np.linalg.norm(surface.mean(axis=0)) > APART * far:
+        if np.linalg.norm(surface.mean(axis=0)) > MAX_LABEL_DISTANCE * far:
             named["mirror"] = surface
         else:
             named = {"camera, mirror": named["camera"]}
@@ -533,7 +536,7 @@ def _camera_for(camera, boards):
 
 
 def _name(text, points, gap):
-    """A word above the middle of points (N, 3); up is negative y."""
+    """Return a label above the centre of points (N, 3); up is negative y."""
     place = (points.min(axis=0) + points.max(axis=0)) / 2
     place[1] = points[:, 1].min() - gap
     return Labels(place[None], [text], INK)
@@ -542,38 +545,37 @@ def _name(text, points, gap):
 # An image set as a scene: its camera, and targets where their images put them.
 
 
-FEWEST_VIEWS = 2
-# A camera that fits its set comes nearer to the corners than this.
-TRUSTED_PX = 2.0
+MIN_N_VIEWS = 2
+# Residual, px, of a camera that fits its set.
+MAX_RESIDUAL_PX = 2.0
 OTHER_CAMERA = (
     "for another camera run raxel calibrate, then raxel show SET --camera CAMERA"
 )
 
 
 def set_scene(image_set, camera=None, say=None, boards=None):
-    """Where the targets of a set stood before its camera, in the camera's frame.
+    """Return a scene of the poses of a set's targets, in the camera's frame.
 
-    camera: any of `raxel.cameras`; the boards found in the images are posed to fit
+    camera: any of `raxel.cameras`; the boards detected in the images are posed to fit
     its rays. Without one, the truth of a rendered set is shown. A set with neither is
-    calibrated by Zhang's method, which is quick and fits an ordinary lens; the note
-    says which of the three it was, and with what error. say: a callable told one line
-    per image. boards: Boards of the set that are known already; they are not looked
-    for, and count more than a truth. Raises InputError, one line, where none of them
-    gives a pose.
+    calibrated by Zhang's method, which is fast and fits an ordinary lens. The note
+    states the source of the poses, and their error. say: callable for one line per
+    image. boards: Boards of the set that are known already; they replace detection and
+    truth. Raises InputError, one line, if no pose can be determined.
     """
     if camera is None and boards is None and image_set.truth is not None:
         return _true_scene(image_set)
     if isinstance(image_set.target, ActiveGrid):
         raise InputError(
-            f"{image_set.description}: target.kind: found active_grid, and no truth "
-            "that says where it stood; boards alone are posed by their images: run "
-            "raxel calibrate and raxel show CAMERA, or raxel show RIG for a rig"
+            f"{image_set.description}: target.kind: active_grid without ground truth "
+            "has no poses; run raxel calibrate and raxel show CAMERA, or raxel show "
+            "RIG for a rig"
         )
     check_chessboard(image_set)
     if boards is None:
         boards = detect_boards(image_set, say=say)
     views = board_views(image_set, boards)
-    if len(views) < (FEWEST_VIEWS if camera is None else 1):
+    if len(views) < (MIN_N_VIEWS if camera is None else 1):
         raise InputError(
             f"{image_set.description}: views: board found in {len(views)} of "
             f"{len(boards)} images; check target.columns and target.rows"
@@ -595,8 +597,8 @@ def _true_scene(image_set):
             raise ValueError(f"poses of shape {poses.shape[1:]}")
     except (KeyError, TypeError, ValueError) as fault:
         raise InputError(
-            f"{folder / 'poses.json'}: T_camera_target: no pose (4, 4) for every view "
-            f"({fault}); render the set anew"
+            f"{folder / 'poses.json'}: T_camera_target: invalid ({fault}); render the "
+            "set again"
         ) from fault
     uses = [view.use for view in image_set.views]
     note = f"{image_set.name}: {len(poses)} targets in their true poses."
@@ -632,8 +634,8 @@ def _posed_scene(image_set, camera, views, how):
         f"Median distance of corners from where this puts them: {scores.median_px:.2g} "
         "px."
     )
-    if scores.median_px > TRUSTED_PX:
-        note += " That is much: these places are not to be trusted."
+    if scores.median_px > MAX_RESIDUAL_PX:
+        note += " The error is large: these poses are unreliable."
     return posed_targets(
         camera,
         [Chessboard(view.columns, view.rows, pitch) for _, view in posed],

@@ -1,8 +1,8 @@
-"""A scene becomes meshes of pyvista: tubes, balls, cones and sheets.
+"""Meshes of pyvista for a scene: tubes, balls, cones and sheets.
 
-Everything is geometry, so that image and page show the same thing with the same
-occlusion. Widths and sizes, px, become lengths at the distance of `look_at`, and
-places are told from there, so that single precision is enough.
+All parts are geometry, so that image and page have the same occlusions. Widths and
+sizes, px, become lengths at the distance of `look_at`. Positions are relative to it, so
+that single precision is sufficient.
 """
 
 import functools
@@ -25,8 +25,8 @@ from raxel.show.scene import (
 )
 from raxel.show.view import mm_per_px
 
-# Sides of a tube: fine where there are few, coarse where many. Of a ball, sides and
-# rings by how many there are; many are octahedra, smoothly shaded.
+# Sides of a tube: many if there are few tubes, few if there are many. Sides and rings
+# of a ball by their number; many balls are octahedra, smoothly shaded.
 FINE, COARSE, MANY = 12, 5, 400
 BALLS = ((40, (FINE, FINE)), (MANY, (8, 6)), (np.inf, (4, 3)))
 # Length and radius of an arrow's head, in widths of its shaft.
@@ -34,7 +34,7 @@ HEAD_LENGTH, HEAD_RADIUS = 4.5, 1.7
 
 
 class Drawn(NamedTuple):
-    """One mesh, about `look_at`, and how it is painted.
+    """Hold one mesh, relative to `look_at`, and its appearance.
 
     culled: 'front', 'back' or None, the side of its faces that is not drawn.
     """
@@ -49,12 +49,12 @@ class Drawn(NamedTuple):
 
 @functools.lru_cache(maxsize=1)
 def drawn_parts(scene):
-    """The meshes of a scene, `Drawn`, one for all that is painted alike.
+    """Return the meshes of a scene, `Drawn`, one for all parts of equal appearance.
 
-    They come in the order of the parts; labels have none. The last scene's are kept:
-    its image and its page are usually made one after the other.
+    They are in the order of the parts; labels have none. Those of the last scene are
+    cached: its image and its page are usually made in turn.
 
-    Raises SceneError where no part has anything to draw.
+    Raises SceneError if no part has anything to draw.
     """
     centre = np.asarray(scene.look_at, float)
     unit = mm_per_px(scene)
@@ -66,12 +66,12 @@ def drawn_parts(scene):
         if drawn.mesh.n_points
     ]
     if not found:
-        raise SceneError("Scene: no part has a finite point")
+        raise SceneError("Scene: no part has a finite point; check the parts")
     return _joined(found)
 
 
 def _joined(found):
-    """Meshes painted alike made one: a scene takes time by its number of meshes."""
+    """Merge meshes of equal appearance, since time grows with the number of meshes."""
     alike = {}
     for drawn in found:
         shaded = drawn.mesh.point_data.active_normals is not None
@@ -110,7 +110,7 @@ def _runs(points):
 
 
 def _tubes(lines, width):
-    """Tubes of a diameter around lines [(n, 3)], which hold no gap."""
+    """Return tubes of a diameter around lines [(n, 3)] without gaps."""
     import pyvista as pv
 
     lines = [line for line in lines if np.ptp(line, axis=0).any()]
@@ -124,7 +124,7 @@ def _tubes(lines, width):
     mesh = pv.PolyData()
     mesh.points = np.concatenate(lines).astype(np.float32)
     mesh.lines = np.concatenate(cells)
-    # An axis given here spares VTK the search for one, which fails on sharp bends.
+    # A given axis replaces VTK's search for one, which fails on sharp bends.
     return mesh.tube(radius=width / 2, n_sides=_detail(len(mesh.points)), capping=True)
 
 
@@ -139,7 +139,7 @@ def _balls(points, radius):
 
 
 def _arrows(pairs, width):
-    """Shafts, and a cone at the end of each; an arrow of no length has neither."""
+    """Return shafts with a cone at the end; an arrow of length 0 has neither."""
     import pyvista as pv
 
     run = pairs[:, 1] - pairs[:, 0]
@@ -185,9 +185,9 @@ def _detail(count):
 
 
 def _sheet(part, centre):
-    """Front and back of a sheet; cells with a corner that is not finite are left out.
+    """Return front and back of a sheet; cells with a nonfinite corner are excluded.
 
-    Faces turn counterclockwise seen from the front.
+    Faces are counterclockwise in front view.
     """
     import pyvista as pv
 

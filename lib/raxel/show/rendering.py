@@ -1,10 +1,8 @@
-"""Renderings of a scene: an image, and a page on which it turns.
+"""Renderings of a scene: an image, and an interactive page.
 
-A scene as one page on which it turns: pyvista's own export, with legend and words.
-
-The page loads nothing and works from the disk. The export numbers its objects by their
-places in memory and stamps times; here they are numbered in order, so that the same
-scene is the same page.
+The page is pyvista's own export, with legend and labels. It loads nothing and works
+from the disk. The export numbers its objects by memory address and adds time stamps.
+Here they are numbered in order, so that equal scenes give equal pages.
 """
 
 from __future__ import annotations
@@ -27,16 +25,16 @@ from raxel.show.meshes import drawn_parts
 from raxel.show.scene import Labels, Points, Scene, SceneError, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg
 
-# The image of a scene: shaded by pyvista off screen, with words and legend on it.
+# Image of a scene: shaded by pyvista off screen, with labels and legend.
 
 
-# Width and height on a page, px; the file has FINER times as many each way.
+# Width and height on a page, px; the file has PIXELS_PER_PX times as many each way.
 SIZE = (720, 480)
-FINER = 2
+PIXELS_PER_PX = 2
 # Light enough for paper, solid enough for shape: matt, with a soft highlight.
 SHADING = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.0}
 PRINTED = {"ambient": 0.85, "diffuse": 0.15, "specular": 0.0}
-PEELS = 8
+N_PEELS = 8
 FONT_PX, LINE_PX, GAP_PX = 13, 21, 18
 
 
@@ -94,14 +92,15 @@ def image_array(
         Image, uint8, of twice `size`.
     """
     if theme not in THEMES:
-        raise InputError(f"theme: found {theme!r}; give one of {', '.join(THEMES)}")
+        fault = f"{theme!r} is unknown; give one of {', '.join(THEMES)}"
+        raise InputError(f"theme: {fault}")
     look = THEMES[theme]
-    width, height = (FINER * int(side) for side in size)
+    width, height = (PIXELS_PER_PX * int(side) for side in size)
     entries = legend_entries(scene)
     rows = _legend_rows(entries, width)
-    strip = FINER * (LINE_PX * len(rows) + 8 * bool(rows))
+    strip = PIXELS_PER_PX * (LINE_PX * len(rows) + 8 * bool(rows))
     if height - strip < 16:
-        raise InputError(f"size: found {size}; the legend alone is {strip} px high")
+        raise InputError(f"size: {size} px is too small (legend: {strip} px high)")
     shaded = render(scene, (width, height - strip), look)
     return _written(scene, shaded, rows, strip, look)
 
@@ -120,9 +119,9 @@ def render(scene, window, look=THEMES["light"]):
         plotter.camera.view_angle = view_angle_deg(scene, *window)
         plotter.enable_anti_aliasing("ssaa")
         if any(part.opacity < 1 for part in drawn):
-            # pyvista's own way draws a window first, to see whether that works.
+            # pyvista's own test would open a window.
             plotter.renderer.SetUseDepthPeeling(True)
-            plotter.renderer.SetMaximumNumberOfPeels(PEELS)
+            plotter.renderer.SetMaximumNumberOfPeels(N_PEELS)
             plotter.renderer.SetOcclusionRatio(0.0)
         return np.array(plotter.screenshot(return_img=True))[..., :3]
     finally:
@@ -130,7 +129,7 @@ def render(scene, window, look=THEMES["light"]):
 
 
 def add_drawn(plotter, drawn, ink=INK):
-    """Put meshes (`Drawn`) into a plotter; what has the colour INK gets `ink`."""
+    """Add meshes (`Drawn`) to a plotter; colour INK is replaced by `ink`."""
     from pyvista.plotting.opts import InterpolationType
 
     textures = {}
@@ -160,7 +159,7 @@ def add_drawn(plotter, drawn, ink=INK):
 
 
 def aim(plotter, scene):
-    """Point a plotter's camera at what lies about `look_at`."""
+    """Point a plotter's camera at `look_at`."""
     sight = np.subtract(scene.view_from, scene.look_at).astype(float)
     plotter.camera.focal_point = (0.0, 0.0, 0.0)
     plotter.camera.position = tuple(sight)
@@ -193,14 +192,14 @@ def legend_entries(scene):
 
 
 def _legend_rows(entries, width):
-    """Entries with their places along rows that fit into the image's width."""
+    """Return entries with positions along rows that fit into the image's width."""
     font = _font(FONT_PX)
     rows, x = [], 0
     for label, colour, mark in entries:
-        wide = FINER * GAP_PX + font.getlength(mark + "  " + label)
-        if not rows or x + wide > width - FINER * GAP_PX:
+        wide = PIXELS_PER_PX * GAP_PX + font.getlength(mark + "  " + label)
+        if not rows or x + wide > width - PIXELS_PER_PX * GAP_PX:
             rows.append([])
-            x = FINER * GAP_PX
+            x = PIXELS_PER_PX * GAP_PX
         rows[-1].append((x, label, colour, mark))
         x += wide
     return rows
@@ -214,7 +213,7 @@ def _written(scene, shaded, rows, strip, look):
     image = Image.new("RGB", (width, height + strip), look.background)
     image.paste(Image.fromarray(shaded), (0, 0))
     draw = ImageDraw.Draw(image)
-    nominal = height / FINER / NOMINAL_PX
+    nominal = height / PIXELS_PER_PX / NOMINAL_PX
     for part in scene.parts:
         if isinstance(part, Labels):
             places = projected(scene, part.points, width, height)
@@ -224,11 +223,11 @@ def _written(scene, shaded, rows, strip, look):
                 if np.isfinite(place).all():
                     draw.text(
                         tuple(place), text, ink, font, "mm",
-                        stroke_width=2 * FINER, stroke_fill=look.background,
+                        stroke_width=2 * PIXELS_PER_PX, stroke_fill=look.background,
                     )  # fmt: skip
     font = _font(FONT_PX)
     for number, row in enumerate(rows):
-        y = height + FINER * (LINE_PX * number + LINE_PX / 2)
+        y = height + PIXELS_PER_PX * (LINE_PX * number + LINE_PX / 2)
         for x, label, colour, mark in row:
             draw.text((x, y), mark, colour, font, "lm")
             after = x + font.getlength(mark + " ")
@@ -242,14 +241,14 @@ def _font(size_px):
     from PIL import ImageFont
 
     path = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
-    return ImageFont.truetype(path, FINER * size_px)
+    return ImageFont.truetype(path, PIXELS_PER_PX * size_px)
 
 
-LARGEST_BYTES = 3_000_000
+MAX_PAGE_BYTES = 3_000_000
 OTHER_RENDERER = "trame.widgets.vtklocal"
 HERE = Path(__file__).parent
 REFERENCE = re.compile(r"^instance:\$\{(.*)\}$")
-PLACE = re.compile(r"\{\{(\w+)\}\}")
+PLACEHOLDER = re.compile(r"\{\{(\w+)\}\}")
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -273,7 +272,7 @@ def html(scene: Scene, title: str) -> str:
     Raises
     ------
     SceneError
-        For a scene with nothing to draw, or a page larger than LARGEST_BYTES.
+        For a scene with nothing to draw, or a page larger than MAX_PAGE_BYTES.
     RenderingError
         If a package is missing.
     """
@@ -285,16 +284,16 @@ def html(scene: Scene, title: str) -> str:
     write_html(_zipped(_numbered(_exported(scene, drawn))), viewer)
     text = _with_words(viewer.getvalue(), scene, title, drawn)
     size = len(text.encode())
-    if size > LARGEST_BYTES:
+    if size > MAX_PAGE_BYTES:
         raise SceneError(
-            f"scene of {size} bytes, {LARGEST_BYTES} at most; give it fewer points or "
+            f"scene of {size} bytes exceeds {MAX_PAGE_BYTES}; use fewer points or "
             "a smaller texture"
         )
     return text
 
 
 def _exported(scene, drawn):
-    """What pyvista exports: {hashes, scene}, as its viewer reads it."""
+    """Return pyvista's export as {hashes, scene}, in the format of its viewer."""
     import pyvista as pv
 
     plotter = pv.Plotter(off_screen=True)
@@ -336,7 +335,7 @@ def _numbered(exported):
         if key == "mtime":
             return 0
         if key == "type" and str(value).endswith("RenderWindow"):
-            # Of what kind a machine's windows are does not matter to a browser.
+            # The kind of the machine's windows is irrelevant in a browser.
             return "vtkRenderWindow"
         if key in ("id", "parent", "vtkRefId", "camera") and value is not None:
             return number(value)
@@ -358,7 +357,7 @@ def _zipped(exported):
 
 
 def _with_words(viewer, scene, title, drawn):
-    """pyvista's page with title, legend, labels and note in place of its empty body."""
+    """Return pyvista's page with title, legend, labels and note in its empty body."""
     contents = {
         "title": escape(title),
         "note": escape(scene.note),
@@ -366,9 +365,9 @@ def _with_words(viewer, scene, title, drawn):
         "words": _words(scene, drawn),
         "script": (HERE / "page.js").read_text("utf-8"),
     }
-    # All places at once: what is filled in may look like a place itself.
+    # All placeholders at once: inserted text may look like a placeholder.
     page = (HERE / "page.html").read_text("utf-8")
-    body = PLACE.sub(lambda place: contents[place[1]], page)
+    body = PLACEHOLDER.sub(lambda place: contents[place[1]], page)
     head, rest = viewer.split("<body>", 1)
     head = re.sub(
         "<title>.*?</title>", lambda _: f"<title>{escape(title)}</title>", head
@@ -386,14 +385,14 @@ def _legend_entry(entry):
 
 
 def _themed(colour):
-    """A colour of the page's style: what has the colour INK follows the theme."""
+    """Return a colour of the page's style: INK follows the theme."""
     return "var(--ink)" if colour == INK else colour
 
 
 def _words(scene, drawn):
-    """What the page's script reads, as JSON: actors, texts, and the colours of themes.
+    """Return the input of the page's script as JSON: actors, texts, theme colours.
 
-    Texts have their places about `look_at`.
+    Positions of texts are relative to `look_at`.
     """
     texts = [
         {

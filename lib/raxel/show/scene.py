@@ -1,4 +1,4 @@
-"""One description of what is shown in space: plain parts in one frame, lengths in mm.
+"""Scenes: plain parts in one frame, lengths in mm.
 
 A scene lists what is shown and the first viewpoint; `raxel.show.rendering` makes the
 image of it and the page on which it turns. Rows with a value that is not finite are
@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 
 from raxel.errors import InputError
 
-# What a sheet shows from behind, where that is no colour.
+# Back of a sheet: the colour of the front, or transparent.
 SAME, CLEAR = "same", "clear"
 # Width over height of a usual image.
 ASPECT = 1.5
 
 
 class SceneError(InputError):
-    """A scene that cannot be shown; one line says which part and what is wrong."""
+    """Report a scene that cannot be shown; one line names the part and the problem."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +79,9 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """Words beside `points` (N, 3), one of `texts` each; `size` of letters in px.
+    """Represent words next to `points` (N, 3), one of `texts` each.
 
-    They face the reader from wherever the scene is seen, and nothing hides them.
+    `size` of letters in px. They face the viewer and are never occluded.
     """
 
     points: ArrayLike
@@ -98,13 +98,12 @@ class Labels:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A sheet through a lattice of `points` (rows, columns, 3).
+    """Represent a sheet through a lattice of `points` (rows, columns, 3).
 
     `texture`, uint8 (h, w) or (h, w, 3), is stretched over the lattice: its first row
-    lies along the lattice's first row, its first column along the first column. The
-    front is the side from which it reads as the array does, not mirrored. `back` is the
-    colour of the other side, `SAME` for that of the front, or `CLEAR` where one looks
-    through the sheet from there.
+    is along the lattice's first row, its first column along the first column. On the
+    front it has the orientation of the array, not mirrored. `back` is the colour of the
+    other side, `SAME` for that of the front, or `CLEAR` for a transparent back.
     """
 
     points: ArrayLike
@@ -127,13 +126,12 @@ Part = Segments | Arrows | Polyline | Points | Labels | Surface
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Parts in one frame, seen first from `view_from` towards `look_at`.
+    """Hold parts in one frame, viewed first from `view_from` towards `look_at`.
 
-    Turning goes about `look_at`; `up` is what stays upright (camera frames have y
-    downwards, hence the default). `note` says under the scene what to look for. Parts
-    of one label are hidden together. An image whose width is less than `aspect` times
-    its height is taken with a wider angle, and then shows as much. `raxel.show.framed`
-    finds a view by itself.
+    Rotation is about `look_at`; `up` stays upright (camera frames have y downwards,
+    hence the default). `note` is the caption below the scene. Parts of one label are
+    hidden together. An image whose width is less than `aspect` times its height has a
+    wider angle of view, and so the same content. `raxel.show.framed` determines a view.
     """
 
     parts: Sequence[Part]
@@ -145,7 +143,7 @@ class Scene:
 
     def __post_init__(self):
         if not self.parts:
-            raise SceneError("Scene: no parts; give it something to show")
+            raise SceneError("Scene: no parts; add a part")
         for name in ("view_from", "look_at", "up"):
             given = np.asarray(getattr(self, name), dtype=float)
             if given.shape != (3,) or not np.isfinite(given).all():
@@ -155,11 +153,11 @@ class Scene:
         sight = np.subtract(self.look_at, self.view_from).astype(float)
         across = np.linalg.norm(np.cross(sight, self.up))
         if across <= 1e-6 * np.linalg.norm(sight) * np.linalg.norm(self.up):
-            _refuse(self, "view_from, look_at and up lie on one line; move one of them")
+            _refuse(self, "view_from, look_at and up are collinear; move one of them")
 
 
 def finite_points(part):
-    """The finite points (N, 3) of a part, whatever its kind."""
+    """Return the finite points (N, 3) of any part."""
     if isinstance(part, (Segments, Arrows)):
         pairs = finite_pairs(part)
         return pairs.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""From where a scene is seen, and how large it is: views found from its points."""
+"""Viewpoint and scale of a scene, determined from its points."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from raxel.show.scene import (
     finite_points,
 )
 
-# Targets in space: chessboards and monitors with what they show, sheets, polygons.
+# Targets in space: chessboards and monitors with their patterns, sheets, polygons.
 
 
-# Pixels of a board's image along one square; a border that is no multiple of a square
-# is met to the nearest of them.
+# Pixels of a board's image along one square; a border that is not a multiple of a
+# square is met to the nearest of them.
 TEXELS = 12
 BACK, BACK_OPACITY = "#aeb6c0", 0.3
 MONITOR_DARK, MONITOR_BRIGHT, MONITOR_CELLS = 40, 205, (16, 10)
@@ -104,7 +104,7 @@ def board(
     """
     texture, corner, size = face(target, border_mm)
     front = plate(T_frame_target, corner, size, texture=texture, back=CLEAR)
-    flat = front.points
+    flat = np.asarray(front.points)
     ring = np.stack([flat[0, 0], flat[0, 1], flat[1, 1], flat[1, 0], flat[0, 0]])
     return [
         replace(front, label=label, colour=colour),
@@ -131,9 +131,9 @@ def face(target, border_mm=None):
 
 
 def surface_texture(texture, corner, size, mm_per_px):
-    """Picture (h, w) or (h, w, 3), uint8, of a texture of the laboratory.
+    """Return an image (h, w) or (h, w, 3), uint8, of a texture of the simulator.
 
-    texture: `raxel.lab` Texture; corner, size: (2,) of the piece shown, mm.
+    texture: `raxel.lab` Texture; corner, size: (2,) of the displayed part, mm.
     """
     shape = np.maximum(1, np.round(np.divide(size, mm_per_px)).astype(int))
     u, v = (
@@ -147,7 +147,7 @@ def surface_texture(texture, corner, size, mm_per_px):
 
 
 def _stripes():
-    """A coarse image of a Gray code: what a monitor of an active grid looks like."""
+    """Return a coarse image of a Gray code for the monitor of an active grid."""
     across, down = MONITOR_CELLS
     bright = (np.arange(down)[:, None] + np.arange(across)) // 2 % 2 == 0
     cells = np.where(bright, MONITOR_BRIGHT, MONITOR_DARK).astype(np.uint8)
@@ -159,20 +159,20 @@ VIEW_ANGLE_DEG = 30.0
 # Height of the image, px, that sizes and widths of parts refer to.
 NOMINAL_PX = 480
 # Share of the image's height and width that the parts fill.
-FILLED = 0.9
+FILL_SHARE = 0.9
 INK = "#1b1f24"
-# Looking ahead, a little down and to the right: camera frames have y downwards, so one
-# stands behind the camera, to its left and above, and sees the targets' faces.
-SIGHT = (0.62, 0.42, 0.66)
-ROUND = (1.0, 2.0, 5.0, 10.0)
-# How far below the parts a scale bar lies, and below it its length is written, in
-# diagonals of what is shown.
+# View forward, slightly down and to the right: camera frames have y downwards, so the
+# viewpoint is behind the camera, to its left and above, in front of the targets.
+VIEW_DIRECTION = (0.62, 0.42, 0.66)
+ROUND_LENGTHS = (1.0, 2.0, 5.0, 10.0)
+# Distance of a scale bar below the parts, and of its label below the bar, in diagonals
+# of the scene.
 GAP, BELOW = 0.06, 0.06
 
 
 def framed(
     parts: Sequence[Part],
-    sight: ArrayLike = SIGHT,
+    sight: ArrayLike = VIEW_DIRECTION,
     up: ArrayLike = (0.0, -1.0, 0.0),
     note: str = "",
     scale: str = "mm",
@@ -212,10 +212,10 @@ def framed(
     6
     """
     parts = list(parts)
-    points = [finite_points(part) for part in parts]
-    points = np.concatenate(points) if points else np.empty((0, 3))
+    finite = [finite_points(part) for part in parts]
+    points = np.concatenate(finite) if finite else np.empty((0, 3))
     if not len(points):
-        raise SceneError("Scene: no part has a finite point")
+        raise SceneError("Scene: no part has a finite point; check the parts")
     axes = view_axes(sight, up)
     if scale:
         bar = scale_bar(points, axes, scale)
@@ -235,13 +235,13 @@ def view_axes(sight, up):
 
 
 def _fitted(seen, aspect):
-    """(look_at (3,), distance) for points (N, 3) in the axes of the view.
+    """Return (look_at (3,), distance) for points (N, 3) in the axes of the view.
 
-    Each point keeps inside both pairs of planes of the view's pyramid: for a pair,
+    Each point is inside both pairs of planes of the view's pyramid: for a pair,
     |x - c| <= t (z - e) with c, e the eye across and along, so the two planes that
     touch the points from outside give c and the greatest e.
     """
-    half = FILLED * np.tan(np.radians(VIEW_ANGLE_DEG / 2))
+    half = FILL_SHARE * np.tan(np.radians(VIEW_ANGLE_DEG / 2))
     x, y, z = seen.T
     middles, eyes = [], []
     for across, slope in ((x, half * aspect), (y, half)):
@@ -249,7 +249,7 @@ def _fitted(seen, aspect):
         middles.append((low + high) / 2)
         eyes.append((low - high) / (2 * slope))
     eye, deep = min(eyes), (z.min() + z.max()) / 2
-    # One point alone has no size: it is seen from 1 mm.
+    # A single point has no size: it is viewed from 1 mm.
     return np.array([*middles, deep]), (deep - eye) or 1.0
 
 
@@ -260,18 +260,18 @@ def mm_per_px(scene):
 
 
 def view_angle_deg(scene, width, height):
-    """Vertical angle of view of an image: wider in one narrower than the scene's.
+    """Return the vertical angle of view of an image, wider for narrow images.
 
-    What fits into an image of the scene's aspect fits into any other then.
+    Points that are visible at the scene's aspect are visible at any other one.
     """
     half = np.tan(np.radians(VIEW_ANGLE_DEG / 2))
     return 2 * np.degrees(np.arctan(half * max(1.0, scene.aspect * height / width)))
 
 
 def projected(scene, points, width, height):
-    """Pixels (N, 2) of points (N, 3) in an image of the scene; NaN behind the eye.
+    """Return pixels (N, 2) of points (N, 3) in an image; NaN behind the viewpoint.
 
-    width, height: of the image, px; pixel centres lie at whole numbers.
+    width, height: of the image, px; pixel centres are at integers.
     """
     axes = view_axes(np.subtract(scene.look_at, scene.view_from), scene.up)
     x, y, z = axes @ np.subtract(points, scene.view_from).astype(float).T
@@ -283,10 +283,10 @@ def projected(scene, points, width, height):
 
 
 def scale_bar(points, axes, unit):
-    """A bar of a round length below points (N, 3), with its length in words.
+    """Return a bar of a round length below points (N, 3), with its length as a label.
 
-    It lies along the axis of the frame that crosses the view most, at the nearest
-    edge of the points' box, as far down as no point is seen below its line.
+    It is parallel to the axis of the frame that is most perpendicular to the view, at
+    the nearest edge of the points' box, below all points in the view.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     length = round_below(np.linalg.norm(high - low) / 4)
@@ -295,26 +295,26 @@ def scale_bar(points, axes, unit):
     along = int(np.argmax(np.abs(axes[0])))
     corner = np.where(axes[1] - 0.5 * axes[2] > 0, high, low)
     corner[along] = (low[along] + high[along] - length) / 2
-    # Across the bar, as it is seen, and downwards.
+    # Perpendicular to the bar in the view, and downwards.
     across = np.cross(axes[2], np.eye(3)[along])
     across *= np.sign(across @ axes[1]) / np.linalg.norm(across)
     lowest = (points @ across).max() + GAP * np.linalg.norm(high - low)
     corner += (lowest - corner @ across) / (axes[1] @ across) * axes[1]
     end = corner.copy()
     end[along] += length
-    # Ticks stand across the bar, so that its ends can be told.
+    # Ticks perpendicular to the bar mark its ends.
     tick = 0.06 * length * np.eye(3)[int(np.argmax(np.abs(axes[1])))]
     starts = np.stack([corner, corner - tick, end - tick])
     ends = np.stack([end, corner + tick, end + tick])
     below = (corner + end) / 2 + BELOW * np.linalg.norm(high - low) * axes[1]
     return [
         Segments(starts, ends, INK, width=2.5),
-        Labels(below[None], [_told(length, unit)], INK),
+        Labels(below[None], [_length_text(length, unit)], INK),
     ]
 
 
-def _told(length, unit):
-    """A length in words; metres where millimetres take four digits."""
+def _length_text(length, unit):
+    """Return a length as text; in metres if millimetres have four digits."""
     whole = unit == "mm" and length >= 1000
     return f"{length / 1000:g} m" if whole else f"{length:g} {unit}"
 
@@ -324,4 +324,6 @@ def round_below(length):
     if not 0 < length < np.inf:
         return 0.0
     power = 10.0 ** np.floor(np.log10(length))
-    return max(power * step for step in ROUND if power * step <= length * (1 + 1e-12))
+    return max(
+        power * step for step in ROUND_LENGTHS if power * step <= length * (1 + 1e-12)
+    )

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from raxel.io.rendering import rendering_missing
 from raxel.show import Scene, html, image_array
-from raxel.show.rendering import FINER
+from raxel.show.rendering import PIXELS_PER_PX
 from raxel.show.rendering import render as shaded_scene
 from repro.page.style import new_figure
 from repro.page.templates import render
@@ -45,7 +45,7 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
     if words:
         shaded = image_array(scene, size)
     else:
-        shaded = shaded_scene(scene, [FINER * side for side in size])
+        shaded = shaded_scene(scene, [PIXELS_PER_PX * side for side in size])
     # Opaque by a channel of its own, which matplotlib would add each time it draws.
     shown = np.pad(shaded, ((0, 0), (0, 0), (0, 1)), constant_values=255)
     axes.imshow(shown, interpolation="none", aspect="equal")

@@ -120,7 +120,7 @@ CASES = {
         lambda: plane_locations(FISHEYE, BLANK, PLANE),
     ),
     "places on a monitor": (
-        "raxel.lab.set_rendering.PIXELS_AT_ONCE",
+        "raxel.lab.set_rendering.PIXELS_PER_BLOCK",
         7 * W,
         lambda: points_seen(FISHEYE, PLANE, (200.0, 150.0)),
     ),

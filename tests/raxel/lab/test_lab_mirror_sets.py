@@ -234,7 +234,7 @@ def test_orders_that_cannot_be_carried_out(rig, tmp_path, capsys, monkeypatch):
     (tmp_path / "there").mkdir()
     with pytest.raises(InputError, match="there"):
         render_mirror_set(rig, tmp_path / "there", 0)
-    monkeypatch.setattr(target_poses, "TRIES_FOR_ONE", 20)
+    monkeypatch.setattr(target_poses, "MAX_TRIES_FOR_FIRST", 20)
     small = replace(rig.steps, poses=replace(rig.steps.poses, subtense=(1.5, 1.6)))
     with pytest.raises(InputError, match="poses: 0 of 1 "):
         render_mirror_set(replace(rig, steps=small), out, 0)

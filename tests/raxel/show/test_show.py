@@ -27,6 +27,7 @@ from raxel.show import (
     framed,
     html,
     image_array,
+    png,
 )
 from raxel.show import rendering as page
 from raxel.show.meshes import drawn_parts
