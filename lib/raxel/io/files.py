@@ -137,8 +137,9 @@ def together():
                 os.replace(temporary, path)
         except OSError as fault:
             reason = fault.strerror or str(fault)
-            names = ", ".join(map(str, temporary_paths))
-            raise OSError(fault.errno, reason, names) from fault
+            raise OSError(
+                fault.errno, reason, ", ".join(map(str, temporary_paths))
+            ) from fault
 
 
 def check_can_be_written(path: str | os.PathLike[str]) -> None:

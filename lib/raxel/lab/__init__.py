@@ -1,4 +1,4 @@
-"""The virtual laboratory: scenes in front of any camera, photographed.
+"""Simulator: rendered images of scenes in front of any camera.
 
 World frame, mm. Radiance is linear; 1.0 is a white diffuse surface in full light.
 """

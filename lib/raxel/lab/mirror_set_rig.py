@@ -33,7 +33,7 @@ from raxel.sets.image_set import write_set
 from raxel.sets.mirror_set import DESCRIPTION, load_mirror_set
 from raxel.sets.model import ActiveGrid, ImageSet, View
 
-# A flat mirror beside a chessboard, on one plate: what shows where a monitor stands.
+# A flat mirror next to a chessboard, on one plate, to measure the pose of a monitor.
 # The silvered ring of a hard disk's platter lies on a board (thesis 5.2.1, Fig.
 # 5.3b). The board's corners give the mirror's plane; in the mirror the viewer sees
 # the monitor.
@@ -312,7 +312,7 @@ def _same_rays(first, second):
     )
 
 
-# A mirror rig becomes a mirror set on disk, with the truth beside it. The set has the
+# Rendering of a mirror set from a mirror rig, with its ground truth. The set has the
 # form of a recorded one (`raxel.sets.mirror_set`). In folders `truth`, opened by
 # evaluation alone, are the cameras of the stages, the boards' poses, and what
 # detectors and decoders ought to find. Without these folders nothing is lost but

@@ -136,7 +136,7 @@ def light_of_room(rig: Rig) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
     Returns
     -------
-    beside, everywhere : (H, W) float32 arrays
+    around, everywhere : (H, W) float32 arrays
         Irradiance outside the mirror alone, and of the whole image.
     """
     mirror = mirror_in_view(rig.camera)
@@ -469,11 +469,11 @@ def render_set(
         folder = Path(room) / "set"
         (folder / TRUTH).mkdir(parents=True)
         is_monitor = isinstance(rig.target, ActiveGrid)
-        photograph = _monitor_view if is_monitor else _board_view
+        render_view = _monitor_view if is_monitor else _board_view
         taken = []
         for index, T in enumerate(poses):
             use = "calibrate" if index < rig.count else "evaluate"
-            taken.append(photograph(rig.at_view(index), T, index, use, folder, seed))
+            taken.append(render_view(rig.at_view(index), T, index, use, folder, seed))
             if say:
                 say(f"{index + 1}/{views} {taken[-1].label}")
         _write_truth(rig, poses, taken, folder / TRUTH)

@@ -1,4 +1,4 @@
-"""Image sets: a folder of photographs and a set.yaml that says what they show."""
+"""Image sets: a folder of images and a set.yaml that describes them."""
 
 import lazy_loader
 

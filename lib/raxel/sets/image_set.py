@@ -262,8 +262,9 @@ def load_set(folder: str | Path) -> ImageSet:
         fault = "is a file" if folder.is_file() else "no such folder"
         raise InputError(f"{folder}: {fault}; give the folder of an image set")
     if not description.is_file():
-        fault = f"not an image set (no {DESCRIPTION})"
-        raise InputError(f"{folder}: {fault}; give a folder with a {DESCRIPTION}")
+        raise InputError(
+            f"{folder}: not an image set (no {DESCRIPTION}); give a folder with one"
+        )
     return _checked(read_yaml(description), folder)
 
 

@@ -180,8 +180,9 @@ def load_mirror_set(folder: str | Path) -> MirrorSet:
     """
     folder = Path(folder)
     if not is_mirror_set(folder):
-        fault = f"not a mirror set (no {DESCRIPTION})"
-        raise InputError(f"{folder}: {fault}; give a folder with a {DESCRIPTION}")
+        raise InputError(
+            f"{folder}: not a mirror set (no {DESCRIPTION}); give a folder with one"
+        )
     where = folder / DESCRIPTION
     data = read_yaml(where)
     validate(data, where, SCHEMA)

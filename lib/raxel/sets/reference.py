@@ -99,8 +99,9 @@ def _points(path, field, points, count):
         if point is None or point == [None, None]:
             continue
         if not isinstance(point, list) or len(point) != 2 or not all(map(_real, point)):
-            fault = "not a point; give [x, y] or null"
-            raise InputError(f"{path}: {field}[{index}]: {fault}")
+            raise InputError(
+                f"{path}: {field}[{index}]: not a point; give [x, y] or null"
+            )
         array[index] = point
     return array
 
@@ -111,8 +112,10 @@ def _check_indices(path, field, indices, count):
         for i in indices
     )
     if not good:
-        fault = f"not a list of indices; give indices of corners, 0 to {count - 1}"
-        raise InputError(f"{path}: {field}: {fault}")
+        raise InputError(
+            f"{path}: {field}: not a list of indices; give indices of corners, 0 to "
+            f"{count - 1}"
+        )
 
 
 def _spread(path, field, spread):
@@ -136,8 +139,9 @@ def _count(path, data, key):
 def _mapping(path, data, key):
     value = data.get(key)
     if not isinstance(value, dict):
-        fault = "missing or not a mapping; give corners by image name"
-        raise InputError(f"{path}: {key}: {fault}")
+        raise InputError(
+            f"{path}: {key}: missing or not a mapping; give corners by image name"
+        )
     return value
 
 

@@ -92,8 +92,7 @@ def image_array(
         Image, uint8, of twice `size`.
     """
     if theme not in THEMES:
-        fault = f"{theme!r} is unknown; give one of {', '.join(THEMES)}"
-        raise InputError(f"theme: {fault}")
+        raise InputError(f"theme: {theme!r}; give one of {', '.join(THEMES)}")
     look = THEMES[theme]
     width, height = (PIXELS_PER_PX * int(side) for side in size)
     entries = legend_entries(scene)

@@ -175,8 +175,8 @@ def _pieces(lines, pitch, count, max_ripples, shape, along):
     kept = np.flatnonzero((ripples > RIPPLES_PER_PIECE[0]) & (ripples < max_ripples))
     # From pixel to pixel, since the phase of fine stripes wraps across a line.
     lateral = np.sum(waves[kept, :, 1:] * waves[kept, :, :-1].conj(), axis=(2, 3))
-    aslant = (wide - 1) * np.median(np.abs(np.angle(lateral)), axis=1)
-    kept = kept[aslant * count / (2 * np.pi) < MAX_RIPPLES_ACROSS]
+    across = (wide - 1) * np.median(np.abs(np.angle(lateral)), axis=1)
+    kept = kept[across * count / (2 * np.pi) < MAX_RIPPLES_ACROSS]
     position = 2 * (first[kept] + (used - 1) / 2) / (n - 1) - 1
     lateral = 2 * lines.middle[line[kept], None] / (shape[1 - along] - 1) - 1
     positions = np.broadcast_arrays(position, lateral)

@@ -195,8 +195,9 @@ def _out_of_order(sample):
         where = " and ".join("xy"[sample.codes[a].axis] for a in axes)
         of_all = _listed(named[p] for a in axes for p, _ in slots[a])
         cause = cause or f"check axis, bit and inverse ({of_all})"
-        text = f"axis {where}: the Gray code has leaps; {cause}"
-        yield Diagnostic("code-leaps", True, text)
+        yield Diagnostic(
+            "code-leaps", True, f"axis {where}: the Gray code has leaps; {cause}"
+        )
 
 
 def _doubled(names, signs, strong):
