@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[2]
 CODE = sorted([*ROOT.glob("lib/**/*.py"), *ROOT.glob("chapters/**/*.py")])
 
 
-def test_no_two_classes_share_a_name():
+def test_class_names_are_unique():
     places = {}
     for path in CODE:
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):

@@ -12,7 +12,7 @@ from raxel.features.celect import celect
 from raxel.geometry import on_plane
 
 
-def test_it_finds_the_board_that_it_photographs():
+def test_compile_loops_detects_rendered_board():
     points = on_plane(BOARD.points() - BOARD.points().mean(axis=0))
     true = CAMERA.project(points + [0, 0, DISTANCE_MM]).pixels
     found = compile_loops()
@@ -31,7 +31,7 @@ def compiled():
     }
 
 
-def test_a_larger_board_compiles_nothing_more():
+def test_larger_board_needs_no_compilation():
     compile_loops()
     before = compiled()
     assert sum(before.values()) > 10

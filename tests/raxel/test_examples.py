@@ -8,7 +8,7 @@ from tests.raxel.test_public_names import FACES
 MIN_EXAMPLES = 30
 
 
-def test_examples_of_public_names_run_as_they_print():
+def test_docstring_examples_run():
     finder = doctest.DocTestFinder(recurse=False)
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     count = 0

@@ -166,12 +166,12 @@ RULES = {
 }
 
 
-def test_every_room_of_raxel_has_its_place():
+def test_every_package_has_a_layer():
     found = {room(name) for name in MODULES if inside(name, "raxel")} - {""}
     assert found <= set(ROOMS)
 
 
-def test_every_room_inside_a_package_has_its_place():
+def test_every_subpackage_has_a_layer():
     for package, rooms in INNER_ROOMS.items():
         deep = [m for m in MODULES if m.startswith(f"{package}.")]
         found = {
@@ -182,7 +182,7 @@ def test_every_room_inside_a_package_has_its_place():
         assert found == set(rooms)
 
 
-def test_the_rooms_inside_a_package_stand_lowest_first():
+def test_subpackages_are_listed_lowest_first():
     for rooms in INNER_ROOMS.values():
         order = list(rooms)
         for name, below in rooms.items():
@@ -190,13 +190,13 @@ def test_the_rooms_inside_a_package_stand_lowest_first():
             assert all(place < order.index(name) for place in known), name
 
 
-def test_there_is_no_circle():
+def test_imports_have_no_cycle():
     circle = circle_in(ARROWS)
     assert not circle, f"a circle:\n{told(circle)}"
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_no_arrow_goes_where_it_may_not(rule):
+def test_imports_respect_layers(rule):
     wrong = RULES[rule](ARROWS)
     assert not wrong, f"{rule}:\n{told(wrong)}"
 
@@ -228,7 +228,7 @@ SOUND = {
 }
 
 
-def test_a_sound_tree_is_read_arrow_by_arrow(tmp_path):
+def test_import_graph_reads_valid_tree(tmp_path):
     arrows = written(tmp_path, SOUND)
     assert set(arrows) == {
         Arrow("raxel.cameras", "raxel.cameras.base", "lib/raxel/cameras/__init__.py:1"),
@@ -287,13 +287,13 @@ def test_a_sound_tree_is_read_arrow_by_arrow(tmp_path):
         (between_chapters, "chapters/shared/boards.py", "import chapters.ch03_b.page"),
     ],
 )
-def test_a_wrong_arrow_is_named_though_a_function_hides_it(tmp_path, rule, file, line):
+def test_forbidden_import_in_function_is_reported(tmp_path, rule, file, line):
     hidden = f"def late():\n    {line}\n"
     (wrong,) = rule(written(tmp_path, SOUND | {file: hidden}))
     assert str(wrong).startswith(f"{file}:2: ")
 
 
-def test_a_circle_is_named_arrow_by_arrow(tmp_path):
+def test_import_cycle_is_reported(tmp_path):
     files = SOUND | {
         "lib/raxel/cameras/base.py": "from raxel.cameras.io import load\n",
         "lib/raxel/cameras/io.py": (

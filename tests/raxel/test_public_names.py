@@ -23,7 +23,7 @@ def imported(path):
             yield from ((node.module, alias.name) for alias in node.names)
 
 
-def test_public_names_are_few_and_distinct():
+def test_public_names_are_limited_and_unique():
     names = [
         f"{face}.{n}" for face in FACES for n in importlib.import_module(face).__all__
     ]
@@ -31,7 +31,7 @@ def test_public_names_are_few_and_distinct():
 
 
 @pytest.mark.parametrize("face", FACES)
-def test_every_public_name_is_there(face):
+def test_public_names_exist(face):
     module = importlib.import_module(face)
     for name in module.__all__:
         assert not name.startswith("_")
@@ -40,7 +40,7 @@ def test_every_public_name_is_there(face):
         assert not callable(found) or home.startswith(face), name
 
 
-def test_pages_import_public_names_alone():
+def test_pages_import_only_public_names():
     hidden = {
         f"{path.relative_to(ROOT)}: {module}.{name}"
         for path in (ROOT / "chapters").rglob("*.py")
@@ -51,7 +51,7 @@ def test_pages_import_public_names_alone():
     assert not hidden
 
 
-def test_importing_the_library_imports_no_calibration():
+def test_import_raxel_is_lazy():
     code = (
         "import sys, raxel.calibration, raxel.cameras\n"
         "assert not {'numpy', 'cv2', 'numba', 'scipy'} & sys.modules.keys()\n"

@@ -90,19 +90,19 @@ def refused(path, words):
         (npy(np.zeros(4097)), "4097 values found, 4096"),
     ],
 )
-def test_a_bad_array_is_named_with_its_file(tmp_path, content, words):
+def test_invalid_array_is_reported_with_file(tmp_path, content, words):
     refused(zipped(tmp_path / "camera.npz", **{"K.npy": content}), words)
     refused(zipped(tmp_path / "camera.npz", **{"K.npy": content}), "field 'K': ")
 
 
-def test_members_that_are_no_arrays_are_none(tmp_path):
+def test_members_without_npy_are_ignored(tmp_path):
     path = tmp_path / "camera.npz"
     refused(zipped(path, **{"kind.npy": None, "kind": b"perspective"}), "missing")
     refused(zipped(path, **{"K.npy": None, "K.npy/": b"", "K": b"x"}), "'K': missing")
     assert load_camera(zipped(path, **{"folder/": b"", "note": b"x"})).width == 31
 
 
-def test_a_text_of_no_characters_is_refused(tmp_path):
+def test_empty_text_is_rejected(tmp_path):
     wild = with_header(described("()", "<U1"), struct.pack("<I", 0x7FFFFFFF))
     refused(zipped(tmp_path / "camera.npz", **{"kind.npy": wild}), "'kind': no text")
 
@@ -116,14 +116,14 @@ def test_a_text_of_no_characters_is_refused(tmp_path):
         (16, 12345, "damaged"),
     ],
 )
-def test_what_the_zip_says_of_a_member_is_checked(tmp_path, offset, number, words):
+def test_zip_headers_are_checked(tmp_path, offset, number, words):
     path = zipped(tmp_path / "camera.npz")
     directory_entry(path, "K.npy", offset, number)
     refused(path, "field 'K': ")
     refused(path, words)
 
 
-def test_a_bomb_takes_no_memory(tmp_path):
+def test_zip_bomb_does_not_exhaust_memory(tmp_path):
     shape = 32, 1 << 16
     large = with_header(described(shape), bytes(8 * shape[0] * shape[1]))
     packed = zipfile.ZIP_DEFLATED
@@ -138,7 +138,7 @@ def test_a_bomb_takes_no_memory(tmp_path):
     assert peak < len(large) / 10
 
 
-def test_claims_beyond_what_packing_can_do_or_memory_holds(tmp_path, monkeypatch):
+def test_oversized_array_headers_are_rejected(tmp_path, monkeypatch):
     path = zipped(tmp_path / "camera.npz")
     content = bytearray(path.read_bytes())
     at = content.rfind(b"K.npy") - 46
@@ -151,7 +151,7 @@ def test_claims_beyond_what_packing_can_do_or_memory_holds(tmp_path, monkeypatch
         archive.array("points_mm", 10_000)
 
 
-def test_order_of_bytes_and_of_axes_does_not_matter(tmp_path):
+def test_byte_and_axis_order_are_normalised(tmp_path):
     changed = {"K.npy": npy(np.asfortranarray(np.array(K, ">f4")))}
     changed["width.npy"] = npy(np.array(31, ">u2"))
     camera = load_camera(zipped(tmp_path / "camera.npz", **changed))
@@ -159,7 +159,7 @@ def test_order_of_bytes_and_of_axes_does_not_matter(tmp_path):
     assert camera.width == 31
 
 
-def test_what_is_no_plain_file_is_not_opened(tmp_path, monkeypatch):
+def test_special_files_are_not_opened(tmp_path, monkeypatch):
     pipe = tmp_path / "pipe.npz"
     os.mkfifo(pipe)
     refused(pipe, "not a readable camera file")
@@ -171,7 +171,7 @@ def test_what_is_no_plain_file_is_not_opened(tmp_path, monkeypatch):
     refused(path, "not a readable camera file")
 
 
-def test_cameras_nest_only_so_deep(tmp_path):
+def test_camera_nesting_is_limited(tmp_path):
     members, prefix = {}, ""
     for depth in range(300):
         members[f"{prefix}kind.npy"] = npy(np.array("bent mirror"))

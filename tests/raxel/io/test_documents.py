@@ -43,7 +43,7 @@ def book(**change):
     return {"entries": [{"id": "first", "value": 1}, {"id": "b2", "value": 2} | change]}
 
 
-def test_what_is_right_has_no_fault(schema):
+def test_valid_document_has_no_fault(schema):
     assert faults(book(lines=[1, 2], source="real", unit="mm"), "book", schema) == []
     validate(book(), "book", schema)
 
@@ -79,7 +79,7 @@ def test_what_is_right_has_no_fault(schema):
         ),
     ],
 )
-def test_a_fault_is_named_by_the_entry_s_id_with_advice(schema, change, line):
+def test_fault_names_entry_and_advice(schema, change, line):
     (found,) = faults(book(**change), "book.yaml", schema)
     assert found.startswith(f"book.yaml: {line}")
     with pytest.raises(InputError) as fault:
@@ -87,14 +87,14 @@ def test_a_fault_is_named_by_the_entry_s_id_with_advice(schema, change, line):
     assert str(fault.value) == found
 
 
-def test_a_missing_key_and_the_whole_of_another_type(schema):
+def test_missing_key_and_wrong_type_are_reported(schema):
     data = book()
     del data["entries"][0]["id"], data["entries"][0]["value"]
     assert faults(data, "book", schema) == ["book: entries[0].id: key missing; add it"]
     assert faults([], "book", schema) == ["book: found a list of 0; give type object"]
 
 
-def test_every_fault_is_listed_and_unknown_keys_come_first(schema):
+def test_unknown_keys_are_listed_first(schema):
     data = book(lines=[1], valu=3)
     del data["entries"][1]["value"]
     unknown, missing, short = faults(data, "book", schema)
@@ -103,19 +103,19 @@ def test_every_fault_is_listed_and_unknown_keys_come_first(schema):
     assert "give minItems 2" in short
 
 
-def test_field_names():
+def test_field_name_formats_path():
     assert field_name(("views", 2, "image")) == "views[2].image"
     data = {"views": [{"id": "left"}, {"id": 4}]}
     assert field_name(("views", 0, "id"), data) == "views.left.id"
     assert field_name(("views", 1, "id"), data) == "views[1].id"
 
 
-def test_near_names():
+def test_did_you_mean_finds_close_name():
     assert did_you_mean("colums", ["rows", "columns"]) == "did you mean columns?"
     assert did_you_mean("pitch", {"rows": 1, "columns": 2}) == ""
 
 
-def test_yaml_that_would_take_minutes_is_not_begun(tmp_path):
+def test_expensive_yaml_is_rejected(tmp_path):
     path = tmp_path / "long.yaml"
     path.write_text("a: b\n" * 1_000_000)
     with pytest.raises(InputError, match=r"long\.yaml: found 5 MB, .* 1 MB at most"):
@@ -125,7 +125,7 @@ def test_yaml_that_would_take_minutes_is_not_begun(tmp_path):
         read_yaml(tmp_path / "pipe.yaml")
 
 
-def test_yaml_has_one_meaning(tmp_path):
+def test_ambiguous_yaml_is_rejected(tmp_path):
     path = tmp_path / "plain.yaml"
     path.write_text("taken: 2026-01-31\nsizes: [1, 2.5]\n")
     assert read_yaml(path) == {"taken": "2026-01-31", "sizes": [1, 2.5]}
@@ -135,7 +135,7 @@ def test_yaml_has_one_meaning(tmp_path):
         read_yaml(path)
 
 
-def test_names_of_files_that_are_no_text_are_read_with_the_same_strictness(tmp_path):
+def test_yaml_with_byte_names_is_strict(tmp_path):
     path = tmp_path / "names.yaml"
     path.write_text(yaml.safe_dump({"image": "\udcff.png", "taken": "2026-01-31"}))
     assert read_yaml(path) == {"image": "\udcff.png", "taken": "2026-01-31"}
@@ -144,7 +144,7 @@ def test_names_of_files_that_are_no_text_are_read_with_the_same_strictness(tmp_p
         read_yaml(path)
 
 
-def test_numbers_are_read_in_tens_and_all_else_as_text(tmp_path):
+def test_yaml_numbers_are_decimal(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text('[0, -25, 0.25, .5, 2.5e+1, 1.0e+999, "025"]')
     assert read_yaml(path) == [0, -25, 0.25, 0.5, 25.0, math.inf, "025"]
@@ -153,7 +153,7 @@ def test_numbers_are_read_in_tens_and_all_else_as_text(tmp_path):
     assert read_yaml(path) == texts
 
 
-def test_no_yaml_of_the_repository_has_a_key_twice():
+def test_repository_yaml_has_unique_keys():
     root = Path(__file__).resolve().parents[3]
     paths = [
         path

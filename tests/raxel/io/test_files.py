@@ -13,7 +13,7 @@ from raxel.io.files import read_json, together, write_json, write_whole
 
 
 @pytest.mark.parametrize("content", ["π und mehr\n", b"\x00\xff\r\n", ""])
-def test_content_arrives_as_it_is(tmp_path, content):
+def test_write_whole_keeps_content(tmp_path, content):
     path = tmp_path / "result.txt"
     path.write_text("the old one")
     write_whole(path, content)
@@ -22,7 +22,7 @@ def test_content_arrives_as_it_is(tmp_path, content):
     assert os.listdir(tmp_path) == ["result.txt"]
 
 
-def test_a_failure_leaves_the_old_file_and_nothing_beside_it(tmp_path):
+def test_failed_write_keeps_old_file(tmp_path):
     path = tmp_path / "result.json"
     write_json(path, {"old": 1})
     with pytest.raises(ValueError, match="not JSON compliant"):
@@ -33,7 +33,7 @@ def test_a_failure_leaves_the_old_file_and_nothing_beside_it(tmp_path):
     assert os.listdir(tmp_path) == ["result.json"]
 
 
-def test_who_reads_the_old_file_reads_it_to_its_end(tmp_path):
+def test_open_reader_keeps_old_content(tmp_path):
     path = tmp_path / "result.json"
     write_json(path, {"old": 1})
     with path.open() as before:
@@ -42,7 +42,7 @@ def test_who_reads_the_old_file_reads_it_to_its_end(tmp_path):
     assert read_json(path) == {"new": 2}
 
 
-def test_json_is_written_for_people(tmp_path):
+def test_json_is_indented(tmp_path):
     path = tmp_path / "names.json"
     write_json(path, {"name": "Mičušík", "values": [1.5, None]})
     assert path.read_text("utf-8") == (
@@ -50,21 +50,21 @@ def test_json_is_written_for_people(tmp_path):
     )
 
 
-def test_permissions_are_those_of_an_ordinary_file(tmp_path):
+def test_written_file_has_default_permissions(tmp_path):
     (tmp_path / "ordinary").write_text("")
     write_whole(tmp_path / "ours", "")
     modes = {path.stat().st_mode for path in tmp_path.iterdir()}
     assert len(modes) == 1
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path):
+def test_missing_folder_is_reported(tmp_path):
     with pytest.raises(InputError, match=r"x\.json: no folder .*none; make it first"):
         write_json(tmp_path / "none" / "x.json", {})
     with pytest.raises(InputError, match="this is a folder"):
         write_whole(tmp_path, "")
 
 
-def test_json_that_an_editor_saved_with_a_mark_of_its_bytes_is_read(tmp_path):
+def test_json_with_byte_order_mark_is_read(tmp_path):
     (tmp_path / "a.json").write_text('{"a": 1}', encoding="utf-8-sig")
     assert read_json(tmp_path / "a.json") == {"a": 1}
 
@@ -72,14 +72,14 @@ def test_json_that_an_editor_saved_with_a_mark_of_its_bytes_is_read(tmp_path):
 @pytest.mark.parametrize(
     "text", ['{"b": 1, "a": 1, "a": 2}', '[{"c": {"a": 1, "a": 1}}]']
 )
-def test_json_that_gives_a_key_twice_is_refused(tmp_path, text):
+def test_json_with_repeated_key_is_rejected(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_text(text)
     with pytest.raises(InputError, match=r"a\.json: .*key 'a' given twice in one"):
         read_json(path)
 
 
-def test_json_may_give_a_key_to_many_objects(tmp_path):
+def test_json_key_may_repeat_in_other_objects(tmp_path):
     path = tmp_path / "a.json"
     path.write_text('{"a": {"a": 1}, "b": [{"a": 2}, {"a": 3}]}')
     assert read_json(path) == {"a": {"a": 1}, "b": [{"a": 2}, {"a": 3}]}
@@ -91,7 +91,7 @@ def write_both(first, one, second, other):
         write_json(place(second), other)
 
 
-def test_several_results_take_their_places_together(tmp_path):
+def test_results_are_moved_together(tmp_path):
     first, second = tmp_path / "first.json", tmp_path / "second.json"
     write_json(first, {"old": 1})
     with pytest.raises(ValueError, match="not JSON compliant"):
@@ -106,7 +106,7 @@ def test_several_results_take_their_places_together(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
 
 
-def test_a_move_that_fails_after_another_is_told_by_name(tmp_path, monkeypatch):
+def test_failed_move_names_results(tmp_path, monkeypatch):
     first, second = tmp_path / "first.json", tmp_path / "second.json"
     monkeypatch.setattr(files, "check_can_be_written", lambda path: None)
     second.mkdir()
@@ -116,7 +116,7 @@ def test_a_move_that_fails_after_another_is_told_by_name(tmp_path, monkeypatch):
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
 
 
-def test_a_full_disk_is_told_with_the_name_of_the_result(tmp_path, monkeypatch):
+def test_full_disk_names_result(tmp_path, monkeypatch):
     def full(self, data):
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -128,17 +128,17 @@ def test_a_full_disk_is_told_with_the_name_of_the_result(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["a" * 251 + ".txt", "a." + "b" * 250, "é" * 127])
-def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path, name):
+def test_longest_file_name_is_written(tmp_path, name):
     write_whole(tmp_path / name, "content")
     assert os.listdir(tmp_path) == [name]
 
 
-def test_a_name_that_is_no_utf_8_comes_back_from_json(tmp_path):
+def test_non_utf8_name_round_trips_json(tmp_path):
     write_json(tmp_path / "a.json", {"file": "a\udcff.png"})
     assert read_json(tmp_path / "a.json") == {"file": "a\udcff.png"}
 
 
-def test_json_is_read_from_no_pipe_and_no_folder(tmp_path):
+def test_json_requires_regular_file(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path):
         with pytest.raises(InputError, match="not a readable file"):

@@ -43,7 +43,7 @@ def quoted(text):
     return [word for word in re.findall(r"`([^`]+)`", prose) if "..." not in word]
 
 
-def test_the_marks_of_the_example_are_those_that_the_workflow_finds(tmp_path):
+def test_example_decorators_match_workflow(tmp_path):
     page = tmp_path / "chapters" / "ch02_x" / "s5_y" / "page.py"
     page.parent.mkdir(parents=True)
     page.write_text(PRODUCERS, "utf-8")
@@ -82,7 +82,7 @@ def run_producers():
     }
 
 
-def test_the_producers_of_the_example_run():
+def test_example_producers_run():
     made = run_producers()
     assert isinstance(made["noise_sweep"]("quick"), outcomes.Plan)
     assert isinstance(made["fig_2_3"]({}), outcomes.Drawing)
@@ -95,7 +95,7 @@ def test_the_producers_of_the_example_run():
     assert "fig_2_3" in book.artefacts
 
 
-def test_the_page_of_the_example_imports_and_displays():
+def test_example_page_displays():
     cells = jupytext.reads(PAGE, fmt="py:percent").cells
     assert [cell.cell_type for cell in cells] == ["markdown", "code", "code", "code"]
     names = {}
@@ -107,7 +107,7 @@ def test_the_page_of_the_example_imports_and_displays():
         assert callable(names[call.group(1)])
 
 
-def test_the_library_of_the_example_runs(tmp_path, monkeypatch, capsys):
+def test_example_library_code_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     K = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
     PerspectiveCamera(K, [], 640, 480).save("camera.npz")
@@ -115,7 +115,7 @@ def test_the_library_of_the_example_runs(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == "[[320. 240.]] [ True]"
 
 
-def test_the_set_of_the_example_has_no_fault(tmp_path):
+def test_example_set_is_valid(tmp_path):
     (text,) = re.findall(r"```yaml\n(.*?)```", README, re.DOTALL)
     (tmp_path / "set.yaml").write_text(text, "utf-8")
     given = read_yaml(tmp_path / "set.yaml")
@@ -124,7 +124,7 @@ def test_the_set_of_the_example_has_no_fault(tmp_path):
     assert faults(given | {"no such key": 1}, "README.md", SCHEMA)
 
 
-def test_files_and_folders_that_are_named_exist():
+def test_named_files_exist():
     tree = README.split("## Layout\n\n```\n")[1].split("```")[0]
     top = [line.split("  ")[0].split() for line in tree.splitlines() if line[0] != " "]
     named = [name for names in top for name in names if name != "figures/"]
@@ -152,7 +152,7 @@ def test_files_and_folders_that_are_named_exist():
     assert not missing
 
 
-def test_dotted_names_can_be_imported():
+def test_dotted_names_are_importable():
     named = [
         word.partition("(")[0]
         for word in quoted(BOTH)
@@ -167,7 +167,7 @@ def test_dotted_names_can_be_imported():
             assert hasattr(importlib.import_module(home), last), name
 
 
-def test_orders_of_make_have_a_target_and_their_settings():
+def test_make_commands_are_valid():
     makefile = (ROOT / "Makefile").read_text("utf-8")
     targets = re.findall(r"^([\w%][\w% ]*):", makefile, re.MULTILINE)
     known = [name.replace("%", r"\w+") for names in targets for name in names.split()]
@@ -195,5 +195,5 @@ ORDERS = re.findall(r"^\$ raxel (.*)|`raxel (\w+ .*?)`", README, re.MULTILINE)
 
 
 @pytest.mark.parametrize("order", ORDERS)
-def test_orders_of_raxel_are_understood(order):
+def test_raxel_commands_are_valid(order):
     assert parser().parse_args(shlex.split("".join(order))).command

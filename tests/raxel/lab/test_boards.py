@@ -44,7 +44,7 @@ def rng(seed=0):
     return np.random.default_rng(seed)
 
 
-def test_poses_around_a_point_have_the_angles_they_were_drawn_with(tmp_path):
+def test_around_poses_have_drawn_angles(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml", poses=AROUND))
     poses = rig.draw_poses(rng(4), 30)
     corner, size = rig.extent
@@ -62,7 +62,7 @@ def test_poses_around_a_point_have_the_angles_they_were_drawn_with(tmp_path):
     assert 30 <= tilt.min() < 36 < 44 < tilt.max() <= 50
 
 
-def test_a_target_between_viewer_and_mirror_is_refused(tmp_path):
+def test_target_occluding_mirror_is_rejected(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml", camera=MIRROR))
     apex = rig.camera.T_viewer_mirror[2, 3]
     towards_mirror = pose(np.diag([1.0, -1.0, -1.0]), [-15, 10, apex / 2])
@@ -73,7 +73,7 @@ def test_a_target_between_viewer_and_mirror_is_refused(tmp_path):
     assert fault == "between viewer and mirror"
 
 
-def test_lines_of_sight_reach_over_all_of_a_mirror_in_an_oblong_picture():
+def test_mirror_points_cover_oblong_image():
     """No place of it is farther from one than the steps between them."""
     camera = bent(5.0)
     pixels = rng().uniform(0, [camera.width - 1, camera.height - 1], (500, 2))
@@ -85,7 +85,7 @@ def test_lines_of_sight_reach_over_all_of_a_mirror_in_an_oblong_picture():
     assert gaps.min(axis=1).max() < 1.3 * step_px * 410 / 7600
 
 
-def test_a_lit_board_shades_its_squares_and_its_edges(tmp_path):
+def test_lighting_shades_squares_and_edges(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     T = pose(np.eye(3), [-15, -10, 110])
     laboratory = rig.laboratory()
@@ -98,7 +98,7 @@ def test_a_lit_board_shades_its_squares_and_its_edges(tmp_path):
     np.testing.assert_allclose(images[1], 0.5 * images[0], atol=1e-6)
 
 
-def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):
+def test_windowed_image_equals_part_of_image(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     T = pose(np.eye(3), [-15, -10, 110])
     scene = board_scene(rig.target, T, 10)
@@ -121,7 +121,7 @@ def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):
     np.testing.assert_allclose(apart, whole[4:14, 3:15], atol=1e-4)
 
 
-def test_the_window_of_a_board_holds_all_of_it_and_little_more(tmp_path):
+def test_board_window_is_tight(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     T = pose(np.eye(3), [-15, -10, 110])
     laboratory = rig.laboratory().__class__(rig.camera, rig.sensor, Optics())
@@ -133,7 +133,7 @@ def test_the_window_of_a_board_holds_all_of_it_and_little_more(tmp_path):
         assert 10 < low + size - seen.max() < 20
 
 
-def test_the_mirror_in_view_is_where_rays_are():
+def test_mirror_mask_equals_valid_rays():
     camera = load_rig(RIGS / "hyperboloidal.yaml").camera
     seen = mirror_in_view(camera)
     pixels = rng(1).integers(0, [camera.width, camera.height], (4000, 2))
@@ -141,7 +141,7 @@ def test_the_mirror_in_view_is_where_rays_are():
     np.testing.assert_array_equal(seen[pixels[:, 1], pixels[:, 0]], valid)
 
 
-def test_compression_keeps_colours_and_smooths_noise(tmp_path):
+def test_jpeg_keeps_colours_and_smooths_noise(tmp_path):
     noisy = Sensor(900.0, 1000.0)
     saved = Sensor(900.0, 1000.0, jpeg=70)
     colour = np.ones((64, 64, 3)) * [0.8, 0.4, 0.1]
@@ -165,7 +165,7 @@ def test_compression_keeps_colours_and_smooths_noise(tmp_path):
         ({"poses": AROUND | {"distance": leaf([9, 3], "mm")}}, "poses.distance: "),
     ],
 )
-def test_impossible_light_glass_and_poses_are_refused(tmp_path, changes, message):
+def test_invalid_light_and_poses_are_rejected(tmp_path, changes, message):
     path = changed(tmp_path / "rig.yaml", **changes)
     with pytest.raises(InputError, match=message) as fault:
         load_rig(path)
@@ -173,14 +173,14 @@ def test_impossible_light_glass_and_poses_are_refused(tmp_path, changes, message
 
 
 @pytest.mark.parametrize("across", [True, False])
-def test_neighbours_that_are_too_near_each_other_are_told_along_both_sides(across):
+def test_corner_spacing_is_checked_along_both_axes(across):
     steps = (9.0, 12.0) if across else (12.0, 9.0)
     seen = np.stack(np.meshgrid(steps[0] * np.arange(5), steps[1] * np.arange(4)), -1)
     assert Visibility(least_spacing_px=9.5)._spacing_fault(seen) == "too small"
     assert not Visibility(least_spacing_px=8.5)._spacing_fault(seen)
 
 
-def test_a_target_set_up_by_hand_is_turned_about_its_middle_and_moved_by_what_is_said():
+def test_manual_setup_errors_have_stated_deviation():
     """1 mm along each axis of its middle, and 0.2 about each of three axes."""
     T = pose(rotation_from_vector([0.3, -0.2, 0.4]), [-300.0, 50.0, 900.0])
     listed = ListedPoses(T[None], (None,), (False,), (), 1.0, 0.2)
@@ -196,7 +196,7 @@ def test_a_target_set_up_by_hand_is_turned_about_its_middle_and_moved_by_what_is
     np.testing.assert_allclose(np.std(turned, axis=0), 0.2, rtol=0.15)
 
 
-def test_the_edge_of_a_shadow_is_a_normal_law_of_its_deviation():
+def test_shadow_edge_is_gaussian():
     shadow = Shadow(np.array([3.0, -2.0]), 0.4, 40.0, 5.0)
     away = 40 + 5 * np.linspace(-2, 2, 9)
     places = shadow.middle + away[:, None] * [0.6, 0.8]

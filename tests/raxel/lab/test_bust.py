@@ -12,7 +12,7 @@ BUST = Bust(160.0, 20.0)
 T = pose(rotation_from_vector([0.2, -0.4, 0.1]), [10.0, -5, 400])
 
 
-def test_the_relief_stands_out_of_its_plate_towards_who_looks():
+def test_bust_relief_faces_viewer():
     x, y = np.meshgrid(np.linspace(-1, 1, 81), np.linspace(-TALL, TALL, 109))
     high = heights(x, y)
     assert high.min() == 0
@@ -26,7 +26,7 @@ def test_the_relief_stands_out_of_its_plate_towards_who_looks():
     assert (np.abs(points[:, :2]) < np.array(BUST.size) / 2).all()
 
 
-def test_rays_meet_the_surface_of_the_formula():
+def test_rays_hit_bust_surface():
     points = BUST.landmarks()[1]
     surface, _ = BUST.part(T)
     away = transform(T, points)
@@ -40,7 +40,7 @@ def test_rays_meet_the_surface_of_the_formula():
     np.testing.assert_allclose(places, points[~front, :2], atol=0.05)
 
 
-def test_a_ray_in_a_plane_of_the_axes_meets_a_relief_beside_its_lines():
+def test_axis_parallel_ray_hits_relief():
     relief = Relief(np.eye(4), np.full((4, 4), 2.0) + np.diag([0, 1.0, 1.0, 0]), 10.0)
     hit = relief.hit(np.array([[-5.0, 13.7, 2.5]]), np.array([[1.0, 0, 0]]))
     x, y, z = hit.uv[0, 0] / 10, 1.37, 2.5
@@ -51,7 +51,7 @@ def test_a_ray_in_a_plane_of_the_axes_meets_a_relief_beside_its_lines():
     assert np.isinf(relief.hit(np.array([[np.nan] * 3]), np.eye(3)[:1]).distance).all()
 
 
-def test_paint_and_lamp_keep_both_eyes_apart_from_the_skin():
+def test_bust_eyes_have_contrast():
     _, texture = BUST.part(T)
     places = np.array([[-0.24, -0.185], [0.24, -0.185], [0.0, -0.5]]) * 80
     seen = texture.radiance(places + np.array(BUST.size) / 2, None)
@@ -61,6 +61,6 @@ def test_paint_and_lamp_keep_both_eyes_apart_from_the_skin():
     assert texture.array.max() <= 1
 
 
-def test_a_bust_without_size_is_refused():
+def test_bust_without_size_is_rejected():
     with pytest.raises(InputError, match=r"width 160.0 and relief 0"):
         Bust(160.0, 0)

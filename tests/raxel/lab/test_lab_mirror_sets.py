@@ -46,7 +46,7 @@ def contents(folder):
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_the_benchmarks_rigs_are_complete(name):
+def test_mirror_rigs_are_valid(name):
     path = RIGS / f"{name}.yaml"
     assert is_mirror_set_rig(path)
     rig = load_mirror_set_rig(path)
@@ -63,7 +63,7 @@ def test_the_benchmarks_rigs_are_complete(name):
             assert len(quantity["reason"]) > 5
 
 
-def test_it_is_read_and_has_its_truth(rig, rendered):
+def test_rendered_mirror_set_has_truth(rig, rendered):
     assert rendered.name == "mirror-clean-low-3"
     assert rendered.size == (128, 96)
     (step,) = rendered.steps
@@ -81,7 +81,7 @@ def test_it_is_read_and_has_its_truth(rig, rendered):
     assert (valid & camera.in_image(pixels)).all()
 
 
-def test_every_picture_has_noise_of_its_own(rendered):
+def test_image_noise_is_independent(rendered):
     # Where the mirror is not, all is dark: what differs there is noise alone.
     beside = ~load_camera(rendered.folder / "truth/stage-0.npz").rays(
         pixel_grid(*rendered.size)
@@ -96,7 +96,7 @@ def test_every_picture_has_noise_of_its_own(rendered):
     assert np.std(dark, axis=1).min() > 1
 
 
-def test_no_two_draws_of_a_set_are_of_one_stream(rig, tmp_path, monkeypatch):
+def test_random_streams_are_distinct(rig, tmp_path, monkeypatch):
     made, drawn = np.random.default_rng, {}
 
     def noted(seed):
@@ -110,7 +110,7 @@ def test_no_two_draws_of_a_set_are_of_one_stream(rig, tmp_path, monkeypatch):
     assert [seeds for seeds in drawn.values() if len(seeds) > 1] == []
 
 
-def test_the_two_pictures_of_a_step_have_noise_of_their_own(rig, tmp_path, monkeypatch):
+def test_step_images_have_independent_noise(rig, tmp_path, monkeypatch):
     noises, specimens = [], []
 
     def photograph(_, T, noise, specimen):
@@ -126,7 +126,7 @@ def test_the_two_pictures_of_a_step_have_noise_of_their_own(rig, tmp_path, monke
     np.testing.assert_array_equal(*specimens)
 
 
-def test_boards_are_seen_before_and_after(rig):
+def test_boards_are_visible_before_and_after(rig):
     pair = rig.cameras(0)
     board = on_plane(rig.steps.target.points())
     for seed in range(4):
@@ -136,7 +136,7 @@ def test_boards_are_seen_before_and_after(rig):
             assert (valid & camera.in_image(pixels)).all()
 
 
-def test_the_seed_and_the_level_make_the_bytes(rig, rendered, tmp_path):
+def test_seed_and_level_determine_bytes(rig, rendered, tmp_path):
     render_mirror_set(rig, tmp_path / "again", 3)
     first, again = contents(rendered.folder), contents(tmp_path / "again")
     assert first == again
@@ -160,7 +160,7 @@ def test_the_seed_and_the_level_make_the_bytes(rig, rendered, tmp_path):
     assert white[1] == pytest.approx(white[0], abs=8)
 
 
-def test_its_calibration_opens_no_truth(rendered, tmp_path):
+def test_calibration_does_not_read_truth(rendered, tmp_path):
     bare = shutil.copytree(rendered.folder, tmp_path / "bare")
     for folder in bare.rglob("truth"):
         shutil.rmtree(folder)
@@ -218,7 +218,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_mirror_rig_that_is_wrong_is_refused_in_a_line(name, tmp_path):
+def test_invalid_mirror_rig_is_rejected(name, tmp_path):
     change, fault = FAULTS[name]
     path = changed(tmp_path, change)
     with pytest.raises(InputError) as refused:
@@ -227,7 +227,7 @@ def test_a_mirror_rig_that_is_wrong_is_refused_in_a_line(name, tmp_path):
     assert str(refused.value).isprintable()
 
 
-def test_orders_that_cannot_be_carried_out(rig, tmp_path, capsys, monkeypatch):
+def test_invalid_render_options_are_rejected(rig, tmp_path, capsys, monkeypatch):
     out = tmp_path / "set"
     with pytest.raises(InputError, match=r"'hihg'.* high"):
         render_mirror_set(rig, out, 0, "hihg")

@@ -25,7 +25,7 @@ def shown(pattern, uv, response=None):
 
 
 @pytest.mark.parametrize(("axis", "of"), [("x", 6), ("x", 3), ("y", 4), ("y", 1)])
-def test_gray_code_counts_the_cells(axis, of):
+def test_gray_code_numbers_cells(axis, of):
     size = 128 if axis == "x" else 96
     place = np.random.default_rng(0).uniform(0, size, 2000)
     uv = np.column_stack([place, 0 * place][:: 1 if axis == "x" else -1])
@@ -37,7 +37,7 @@ def test_gray_code_counts_the_cells(axis, of):
     np.testing.assert_array_equal(inverse, 1 - bits[-1])
 
 
-def test_phase_steps_give_back_the_place():
+def test_phase_steps_encode_position():
     place = np.linspace(0, 128, 999, endpoint=False)
     uv = np.column_stack([place, 0 * place])
     steps = [
@@ -57,7 +57,7 @@ def test_phase_steps_give_back_the_place():
     duty=st.floats(0.05, 0.95),
 )
 @settings(max_examples=50, deadline=None)
-def test_shares_of_bars_and_of_half_planes_are_areas(y, a, b, duty):
+def test_coverage_shares_are_exact_areas(y, a, b, duty):
     fine = (np.arange(150) + 0.5) / 150 - 0.5
     s, t = np.meshgrid(fine, fine)
     field = y + a * s + b * t
@@ -79,7 +79,7 @@ def test_shares_of_bars_and_of_half_planes_are_areas(y, a, b, duty):
     ],
     ids=lambda p: f"{p.kind} {p.axis}",
 )
-def test_pixels_of_a_monitor_are_means_of_what_their_rays_meet(pattern):
+def test_monitor_pixels_are_means_over_rays(pattern):
     """Against 48 x 48 rays of each pixel, away from the monitor's border."""
     camera = FisheyeCamera("equidistance", 30, (24.2, 17.7), 50, 36, 1.5)
     R = rotation_from_vector([0.2, -0.3, 0.25])
@@ -100,7 +100,7 @@ def test_pixels_of_a_monitor_are_means_of_what_their_rays_meet(pattern):
     assert worst < (0.012 if pattern.kind == "gray" else 0.002)
 
 
-def test_the_response_acts_on_levels_and_on_the_viewing_angle():
+def test_monitor_response_applies_to_level_and_angle():
     uv = np.array([[10.0, 5.0], [70.0, 5.0]])
     cosine = np.array([1.0, 0.5])
 
@@ -118,7 +118,7 @@ def test_the_response_acts_on_levels_and_on_the_viewing_angle():
     np.testing.assert_allclose(level.radiance(uv, cosine), 0.325 * cosine)
 
 
-def test_a_chessboard_knows_its_means_where_one_line_crosses():
+def test_chessboard_mean_is_exact_for_one_edge():
     board = ChessboardTexture(3, 2, 10.0, 5.0, black=0.0, white=1.0)
     across, down = np.array([[1.0, 0.2]]), np.array([[-0.1, 1.0]])
 
@@ -134,7 +134,7 @@ def test_a_chessboard_knows_its_means_where_one_line_crosses():
     assert mean(-12.0, -12.0) == 1.0
 
 
-def test_the_monitor_is_where_its_pose_says_and_has_a_frame():
+def test_monitor_scene_has_pose_and_frame():
     T = pose(np.eye(3), [-64, -48, 100])
     scene = monitor_scene(GRID, T, MonitorLevel(0.8), frame_mm=10, frame=0.1)
     rays = np.array([[-60.0, -40, 100], [-70, -40, 100], [-90, -40, 100]])
@@ -147,6 +147,6 @@ def test_the_monitor_is_where_its_pose_says_and_has_a_frame():
     np.testing.assert_allclose(lit.min(axis=0), transform(T, np.zeros(3)))
 
 
-def test_an_unknown_pattern_is_refused():
+def test_unknown_pattern_is_rejected():
     with pytest.raises(InputError, match="axis 'z'"):
         MonitorPattern((64, 48), None, gray("z", 0, 1))

@@ -37,7 +37,7 @@ def shifted_rig(tmp_path, shift):
     return path
 
 
-def test_a_shifted_lens_moves_the_picture_and_its_truth(tmp_path):
+def test_lens_shift_moves_image_and_truth(tmp_path):
     folder = tmp_path / "set"
     shown = render_set(load_rig(shifted_rig(tmp_path, SHIFT)), folder, 0)
     first, second = (
@@ -52,7 +52,7 @@ def test_a_shifted_lens_moves_the_picture_and_its_truth(tmp_path):
     np.testing.assert_allclose(corners[1] - corners[0], [SHIFT] * len(corners[0]))
 
 
-def test_rays_are_those_of_a_pixel_so_far_away(tmp_path):
+def test_lens_shift_moves_rays(tmp_path):
     rig = load_rig(shifted_rig(tmp_path, SHIFT))
     assert rig.at_view(0) is rig
     camera = rig.at_view(1).camera
@@ -68,7 +68,7 @@ def test_rays_are_those_of_a_pixel_so_far_away(tmp_path):
         camera.save(tmp_path / "camera.npz")
 
 
-def test_a_lens_that_came_off_is_refused(tmp_path):
+def test_excessive_lens_shift_is_rejected(tmp_path):
     with pytest.raises(InputError, match=r"poses\.list\[1\]\.lens_shift\.value: found"):
         load_rig(shifted_rig(tmp_path, [90, 0]))
     with pytest.raises(InputError, match="lens_shift"):

@@ -97,7 +97,7 @@ def rig_of(tmp_path, data):
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
-def test_patterns_shaded_fast_are_those_of_the_renderer(tmp_path, turn):
+def test_fast_pattern_shading_matches_renderer(tmp_path, turn):
     """Every pixel: inside, across edges of the code, at the rim, beside the monitor."""
     rig = rig_of(tmp_path, small_rig(**CELLS))
     T = pose(rotation_from_vector([0.2, turn, 0.1]), [-55, -62, 150])
@@ -115,7 +115,7 @@ def test_patterns_shaded_fast_are_those_of_the_renderer(tmp_path, turn):
 
 
 @pytest.mark.parametrize("name", ["perspective", "hyperboloid", "planar mirrors"])
-def test_truth_is_what_the_rays_of_the_camera_itself_meet(name):
+def test_monitor_truth_matches_camera_rays(name):
     camera, size = EVERY[name][0], np.array([150.0, 110.0])
     rays = camera.rays(pixel_grid(camera.width, camera.height))
     middle = np.flatnonzero(rays.valid)[np.count_nonzero(rays.valid) // 3]
@@ -133,7 +133,7 @@ def test_truth_is_what_the_rays_of_the_camera_itself_meet(name):
     np.testing.assert_array_equal(found.reshape(-1, 2), expected)
 
 
-def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
+def test_chessboard_and_patterns_share_pose(tmp_path):
     """Corners found in its image, looked up in the decoded grid, are its points."""
     rig = rig_of(tmp_path, small_rig(**CELLS))
     rendered = render_set(rig, tmp_path / "set", 3)
@@ -175,13 +175,13 @@ def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
         ),
     ],
 )
-def test_targets_that_no_monitor_shows_are_refused(tmp_path, change, message):
+def test_invalid_monitor_targets_are_rejected(tmp_path, change, message):
     with pytest.raises(InputError, match=message) as told:
         rig_of(tmp_path, small_rig(**change))
     assert "\n" not in str(told.value)
 
 
-def test_a_set_with_a_monitor_chessboard_is_read_back_equal(tmp_path):
+def test_monitor_chessboard_set_round_trips(tmp_path):
     phases = [
         Pattern(f"{k}.png", "x", "phase", 3, step=k, periods=8.0) for k in range(3)
     ]
@@ -200,7 +200,7 @@ def test_a_set_with_a_monitor_chessboard_is_read_back_equal(tmp_path):
         write_set(replace(written, target=ActiveGrid((1024, 1024), None, too_wide)))
 
 
-def test_the_picture_of_a_chessboard_has_its_corners():
+def test_chessboard_image_has_corners():
     board = chessboard_of_corners((1280, 1024), 15, 15)
     assert board == MonitorChessboard(15, 15, 64.0, (192.0, 64.0))
     image = chessboard_image(board, (1280, 1024))

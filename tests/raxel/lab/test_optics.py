@@ -26,7 +26,7 @@ def box_erf(x, sd):
 @pytest.mark.parametrize(
     ("sd", "most"), [(0.6, 0.085), (1.0, 0.045), (2.5, 0.006), (5.0, 0.0015)]
 )
-def test_blurred_edge_is_an_error_function(sd, most):
+def test_blurred_edge_is_error_function(sd, most):
     height, width, at, slope = 121, 101, 50.0, 0.05
     image = edge(height, width, at, slope)
     blurred = Optics(blur_sd_px=(sd, sd)).apply(image)
@@ -40,7 +40,7 @@ def test_blurred_edge_is_an_error_function(sd, most):
 
 
 @pytest.mark.parametrize("sd", [0.3, 0.6, 1.7])
-def test_point_spread_has_its_variance_and_keeps_the_light(sd):
+def test_point_spread_keeps_variance_and_light(sd):
     point = np.zeros((41, 41), np.float32)
     point[20, 20] = 1
     spread = gaussian_blur(point, sd**2)
@@ -49,7 +49,7 @@ def test_point_spread_has_its_variance_and_keeps_the_light(sd):
     assert spread.sum(axis=0) @ away**2 == pytest.approx(sd**2, rel=2e-4)
 
 
-def test_blur_grows_from_centre_to_corner_with_the_square_of_the_radius():
+def test_blur_grows_with_squared_radius():
     optics = Optics(blur_sd_px=(0.6, 1.4))
     size = 241
     half_diagonal = np.hypot(size, size) / 2
@@ -67,7 +67,7 @@ def test_blur_grows_from_centre_to_corner_with_the_square_of_the_radius():
         assert variance == pytest.approx(expected, rel=0.01, abs=2e-3)
 
 
-def test_pinhole_falls_off_as_the_fourth_power_of_the_cosine():
+def test_pinhole_falloff_is_cosine_fourth():
     focal, width, height = 300.0, 400, 300
     light = Optics(exit_pupil_px=focal).vignetting(width, height)
     v, u = np.mgrid[:height, :width]
@@ -75,7 +75,7 @@ def test_pinhole_falls_off_as_the_fourth_power_of_the_cosine():
     np.testing.assert_allclose(light, np.cos(angle) ** 4, rtol=1e-6)
 
 
-def test_a_picture_is_dimmed_by_as_much_as_the_lens_takes():
+def test_falloff_dims_image():
     optics = Optics(exit_pupil_px=60.0)
     light, rng = optics.vignetting(60, 40), np.random.default_rng(3)
     for shape in ((40, 60), (40, 60, 3)):
@@ -88,7 +88,7 @@ def test_a_picture_is_dimmed_by_as_much_as_the_lens_takes():
         )
 
 
-def test_fringes_move_colours_by_the_ratio_of_their_scales():
+def test_chromatic_scales_shift_colours():
     size, scales = 401, (1.002, 1.0, 0.997)
     image = np.repeat(
         gaussian_blur(edge(size, size, 350.0, 0.0), 0.5)[..., None], 3, axis=-1
@@ -99,7 +99,7 @@ def test_fringes_move_colours_by_the_ratio_of_their_scales():
     np.testing.assert_allclose(places, expected, atol=2e-3)
 
 
-def test_magnified_picture_of_a_smooth_scene():
+def test_magnified_smooth_image_is_exact():
     v, u = np.mgrid[:80, :100].astype(float)
 
     def wave(u, v):
@@ -111,7 +111,7 @@ def test_magnified_picture_of_a_smooth_scene():
     assert np.abs(larger - truth)[4:-4, 4:-4].max() < 2e-3
 
 
-def test_a_perfect_lens_changes_nothing():
+def test_perfect_lens_changes_nothing():
     image = np.random.default_rng(1).random((20, 30, 3)).astype(np.float32)
     np.testing.assert_array_equal(Optics().apply(image), image)
 
@@ -126,14 +126,14 @@ def test_a_perfect_lens_changes_nothing():
         ("chromatic_scale", {"chromatic_scale": (1, 0, 1)}),
     ],
 )
-def test_a_lens_that_cannot_be_is_refused(field, values):
+def test_invalid_lens_is_rejected(field, values):
     with pytest.raises(InputError, match=f"^field '{field}': ") as fault:
         Optics(**values)
     assert "\n" not in str(fault.value)
 
 
 @pytest.mark.parametrize("fineness", [2, 3])
-def test_blur_is_alike_on_all_sides_of_the_centre_however_fine_the_pixels(fineness):
+def test_blur_is_symmetric_for_any_subpixels(fineness):
     optics = Optics(blur_sd_px=(0.3, 3.0))
     rng = np.random.default_rng(fineness)
     quarter = rng.random((24 * fineness, 31 * fineness), np.float32)
@@ -143,7 +143,7 @@ def test_blur_is_alike_on_all_sides_of_the_centre_however_fine_the_pixels(finene
     np.testing.assert_allclose(blurred[::-1], blurred, atol=1e-5)
 
 
-def test_a_curve_takes_of_what_the_pupil_leaves():
+def test_falloff_curve_multiplies_pupil_falloff():
     curve = ((0, 50, 100), (1.0, 0.8, 0.2))
     both = Optics(exit_pupil_px=90.0, falloff=curve).vignetting(60, 40)
     each = [
@@ -153,7 +153,7 @@ def test_a_curve_takes_of_what_the_pupil_leaves():
     np.testing.assert_allclose(both, each[0] * each[1], rtol=1e-6)
 
 
-def test_a_part_of_a_picture_has_the_light_of_its_own_place():
+def test_windowed_optics_use_image_position():
     optics = Optics(exit_pupil_px=60.0)
     part = Crop(30, 20, 16, 12, 64, 48)
     found = optics.apply(np.ones((12, 16), np.float32), window=part)

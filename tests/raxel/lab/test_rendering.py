@@ -40,12 +40,12 @@ def flat(texture, rectangle=(40, 40, (-20, -20)), background=0.0):
     return TexturedScene(((Rectangle(T, *rectangle), texture),), background)
 
 
-def test_every_kind_of_camera_is_rendered():
+def test_every_camera_kind_renders():
     assert {camera.kind for camera, _ in EVERY.values()} == set(CAMERAS)
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_rendered_corners_lie_at_their_projections(name):
+def test_rendered_corners_match_projections(name):
     """Far within the 0.02 px asked for: the fit itself leaves a few thousandths."""
     camera, places = EVERY[name]
     for middle in places:
@@ -58,7 +58,7 @@ def test_rendered_corners_lie_at_their_projections(name):
         assert misfit.max() < 0.005
 
 
-def test_the_detector_of_the_library_finds_rendered_corners():
+def test_rendered_corners_are_detected():
     """cornerSubPix is biased by sharp edges, so the board is softened by 1 px here."""
     import cv2
 
@@ -77,7 +77,7 @@ def test_the_detector_of_the_library_finds_rendered_corners():
 
 
 @pytest.mark.parametrize("x", [0.0, 0.137, 0.4999, -0.32])
-def test_a_pixel_on_an_edge_has_the_covered_area(x):
+def test_edge_pixel_value_is_covered_area(x):
     board = ChessboardTexture(3, 3, 4.0, 4.0, black=0.0, white=1.0)
     scene = TexturedScene(
         ((Rectangle(pose(np.eye(3), [x, 0, 100]), 40, 40, (-20, -20)), board),)
@@ -93,7 +93,7 @@ def test_a_pixel_on_an_edge_has_the_covered_area(x):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.7, np.pi / 4, 1.1])
-def test_a_slanting_edge_covers_the_polygon_it_cuts_off(angle):
+def test_oblique_edge_coverage_is_exact(angle):
     T = pose(rotation_from_vector([0, 0, angle]), [3.21, 4.37, 100])
     half = Panels(0.0, [(0, -1e3, 1e3, 1e3, 1.0)])
     scene = TexturedScene(((Rectangle(T, 2e3, 2e3, (-1e3, -1e3)), half),))
@@ -107,7 +107,7 @@ def test_a_slanting_edge_covers_the_polygon_it_cuts_off(angle):
     assert set(np.unique(image[(np.abs(u - 3.21) + np.abs(v - 4.37)) > 99])) <= {0, 1}
 
 
-def test_the_border_of_a_surface_is_sampled_without_bias():
+def test_surface_border_is_unbiased():
     scene = flat(Plain(1.0), (6.4, 5.3, (1.27, 2.18)))
     image = render(ORTHO, HERE, scene)
     # One part in twice the number of samples on each side, whatever its place.
@@ -116,7 +116,7 @@ def test_the_border_of_a_surface_is_sampled_without_bias():
     assert many.sum() == pytest.approx(6.4 * 5.3, abs=24 / 8192)
 
 
-def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
+def test_image_sum_is_independent_of_edge_position():
     board = ChessboardTexture(5, 4, 1.0, 1.0, black=0.0, white=1.0)
     corner, size = board.extent
     sums = []
@@ -130,7 +130,7 @@ def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
     assert sums[0] == pytest.approx(25 * size.prod() - black, rel=2e-3)
 
 
-def test_light_from_all_sides_makes_radiance_the_albedo_from_any_direction():
+def test_diffuse_radiance_is_albedo():
     camera = FisheyeCamera("equidistance", 60, (79.5, 59.5), 160, 120, 1.5)
     T = pose(rotation_from_vector([0.6, 0.3, 0]), [0, 0, 10])
     scene = TexturedScene(((Rectangle(T, 1e4, 1e4, (-5e3, -5e3)), Plain(0.37)),))
@@ -139,7 +139,7 @@ def test_light_from_all_sides_makes_radiance_the_albedo_from_any_direction():
     assert image.max() == np.float32(0.37)
 
 
-def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
+def test_pixels_without_ray_are_black():
     camera = FisheyeCamera("equisolid", 20, (31.5, 23.5), 64, 48, 1.0)
     tiles = Tiles((7, 5), [(0.9, 0.2, 0.1), (0.2, 0.3, 0.8)], 0.5, 0.4, shift=0.5)
     T = pose(np.eye(3), [-60, -60, 40])
@@ -152,7 +152,7 @@ def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
     np.testing.assert_allclose(grey, colour @ [0.2126, 0.7152, 0.0722], atol=1e-6)
 
 
-def test_rows_in_blocks_make_the_same_picture(monkeypatch):
+def test_row_blocks_do_not_change_image(monkeypatch):
     camera, places = EVERY["stereographic"]
     board, T = board_before(camera, places[0])
     scene = board_scene(board, T)
@@ -163,7 +163,7 @@ def test_rows_in_blocks_make_the_same_picture(monkeypatch):
     assert whole.shape == (H, W)
 
 
-def test_share_of_the_image_that_a_surface_fills():
+def test_visible_share_of_surface():
     T = pose(np.eye(3), [0, 0, 50])
     half = Rectangle(T, 100, 100, (-50, 4.5))
     most = Rectangle(T, 100, 100, (-50, 1.5))
@@ -173,7 +173,7 @@ def test_share_of_the_image_that_a_surface_fills():
     assert visible_share(ORTHO, HERE, behind) == 0
 
 
-def test_a_picture_too_large_for_the_memory_is_refused_in_one_line():
+def test_image_exceeding_memory_is_rejected():
     huge = PerspectiveCamera([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [], 10**6, 10**6)
     for function in (render_function, trace):
         with pytest.raises(InputError, match="1000000 x 1000000 px") as fault:
@@ -181,7 +181,7 @@ def test_a_picture_too_large_for_the_memory_is_refused_in_one_line():
         assert "\n" not in str(fault.value)
 
 
-def test_a_second_photograph_is_that_of_a_new_laboratory():
+def test_renderings_are_independent():
     camera, places = EVERY["equidistance"]
     board, T = board_before(camera, places[0])
     scene = board_scene(board, T)
@@ -193,7 +193,7 @@ def test_a_second_photograph_is_that_of_a_new_laboratory():
     assert np.array_equal(again, other.render(scene, HERE, np.random.default_rng(1)))
 
 
-def test_cells_of_a_grid_are_those_that_a_search_finds():
+def test_grid_cells_match_binary_search():
     rng = np.random.default_rng(2)
     patches = [
         (*low, *(low + rng.uniform(1, 9, 2)), 0.5) for low in rng.normal(0, 9, (4, 2))
@@ -234,7 +234,7 @@ class Middle(Texture):
         return uv[:, 0]
 
 
-def test_the_mean_place_of_a_pixel_on_a_bent_map_is_exact():
+def test_pixel_mean_on_curved_map_is_exact():
     pixels = np.array([[50.0, 70.0], [90.0, 60.0]])
     ring = pixels[:, None] + 0.5 * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
     corners = Bent().look(ring.reshape(-1, 2)).reshaped(2, 4)
@@ -244,7 +244,7 @@ def test_the_mean_place_of_a_pixel_on_a_bent_map_is_exact():
     np.testing.assert_allclose(found, pixels[:, 0] ** 2 + 1 / 12, atol=1e-3)
 
 
-def test_smooth_textures_take_the_centre_and_one_trace_shades_many():
+def test_one_trace_shades_several_textures():
     traced = trace(ORTHO, HERE, flat(Plain(0.0)))
     u = np.arange(12) * np.ones((10, 1))
     np.testing.assert_allclose(traced.shade({0: Slope()}), 0.5 + 0.001 * u, atol=1e-6)
@@ -257,7 +257,7 @@ def test_smooth_textures_take_the_centre_and_one_trace_shades_many():
 
 @pytest.mark.parametrize("window", [None, Crop(3, 11, 8, 6, 40, 30)])
 @pytest.mark.parametrize("fineness", [1, 2, 3])
-def test_the_finer_pixels_of_a_pixel_lie_evenly_about_its_middle(fineness, window):
+def test_subpixels_are_centred(fineness, window):
     """Their middles are those of equal parts of it, and their mean is its own."""
     camera = PerspectiveCamera([[50.0, 0, 17], [0, 60.0, 12], [0, 0, 1]], [], 40, 30)
     raster = Raster(camera, fineness, window)
@@ -276,7 +276,7 @@ def test_the_finer_pixels_of_a_pixel_lie_evenly_about_its_middle(fineness, windo
 
 
 @pytest.mark.parametrize("most", [200_000, 100])
-def test_a_share_of_the_image_is_that_of_all_its_columns(most):
+def test_visible_share_uses_all_columns(most):
     camera = OrthographicCamera(1, (0, 0), 90, 20)
     third = Rectangle(pose(np.eye(3), [59.5, -0.5, 50]), 30, 20)
     assert visible_share(camera, HERE, third, most) == pytest.approx(1 / 3, abs=0.02)

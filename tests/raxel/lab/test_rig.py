@@ -77,7 +77,7 @@ def changed(path, **changes):
 
 
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
-def test_rigs_of_the_repository_are_complete(path):
+def test_repository_rigs_are_valid(path):
     rig = load_rig(path)
     assert rig.name == path.stem
     assert rig.laboratory().camera is rig.camera
@@ -98,7 +98,7 @@ def quantities(data):
 
 
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
-def test_drawn_poses_show_the_whole_target_facing_the_camera(path):
+def test_drawn_poses_show_whole_target(path):
     rig = load_rig(path)
     count = min(4, rig.count + rig.evaluate)
     poses = rig.draw_poses(np.random.default_rng(1), count)
@@ -115,7 +115,7 @@ def test_drawn_poses_show_the_whole_target_facing_the_camera(path):
         assert np.all(rig.camera.rays(pixels).directions @ T[:3, 2] > 0)
 
 
-def test_poses_lie_in_their_ranges_and_depend_on_the_seed_alone(tmp_path):
+def test_poses_respect_ranges_and_seed(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     poses = rig.draw_poses(np.random.default_rng(3), 60)
     np.testing.assert_array_equal(
@@ -132,7 +132,7 @@ def test_poses_lie_in_their_ranges_and_depend_on_the_seed_alone(tmp_path):
     assert 5 <= tilt.min() < 12 < 24 < tilt.max() <= 30
 
 
-def test_shows_refuses_what_is_out_of_view(tmp_path):
+def test_out_of_view_poses_are_rejected(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
     ahead = pose(np.eye(3), [-15, -10, 120])
     assert rig.shows(ahead)
@@ -145,7 +145,7 @@ def test_shows_refuses_what_is_out_of_view(tmp_path):
 
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_the_margin_holds_at_all_four_borders(axis, sign):
+def test_margin_applies_to_all_borders(axis, sign):
     """Of an image of 160 x 120 px that a lens of 100 px a radian looks at squarely."""
     lens = FisheyeCamera("equidistance", 100, [79.5, 59.5], 160, 120)
     seen = Visibility(margin_px=10.0)
@@ -162,7 +162,7 @@ def test_the_margin_holds_at_all_four_borders(axis, sign):
     assert fault(9) == "too near the image's border"
 
 
-def test_listed_poses_come_in_their_order(tmp_path):
+def test_listed_poses_keep_order(tmp_path):
     entry = {"translation": leaf([-15, -10, 120], "mm")}
     entry["rotation"] = leaf([0, 20, 0], "deg")
     poses = {"kind": "listed", "margin": leaf(3, "px"), "least_spacing": leaf(4, "px")}
@@ -264,7 +264,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_rigs_are_refused_in_one_line_with_file_and_field(tmp_path, case):
+def test_invalid_rigs_are_rejected_with_file_and_field(tmp_path, case):
     changes, message = BAD[case]
     path = changed(tmp_path / "bad.yaml", **changes)
     with pytest.raises(InputError, match=f"bad.yaml: {message}") as fault:
@@ -272,21 +272,21 @@ def test_bad_rigs_are_refused_in_one_line_with_file_and_field(tmp_path, case):
     assert "\n" not in str(fault.value)
 
 
-def test_an_image_too_large_for_the_memory_is_refused(tmp_path, monkeypatch):
+def test_rig_exceeding_memory_is_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(rig_limits, "physical_memory", lambda: 2e6)
     path = changed(tmp_path / "large.yaml")
     with pytest.raises(InputError, match=r"large.yaml: camera.width: "):
         load_rig(path)
 
 
-def test_poses_that_never_show_the_target_are_counted_and_refused(tmp_path):
+def test_impossible_pose_ranges_are_rejected(tmp_path):
     path = changed(tmp_path / "near.yaml", poses__distance=leaf([20, 25], "mm"))
     with pytest.raises(InputError, match=r"near.yaml: poses: 0 of 2 ") as fault:
         load_rig(path).draw_poses(np.random.default_rng(0), 2)
     assert "\n" not in str(fault.value)
 
 
-def test_a_file_that_is_none(tmp_path):
+def test_missing_rig_file_is_rejected(tmp_path):
     with pytest.raises(InputError, match=r"none.yaml"):
         load_rig(tmp_path / "none.yaml")
     (tmp_path / "text.yaml").write_text("hello")
@@ -294,7 +294,7 @@ def test_a_file_that_is_none(tmp_path):
         load_rig(tmp_path / "text.yaml")
 
 
-def test_a_target_looks_as_it_is_drawn_wherever_its_origin_is():
+def test_target_origin_does_not_change_image():
     """Its four corners subtend the angle wanted; its middle is what is placed."""
     angles = {"tilt": (0, 0.5), "turn": (0, 1.0)}
     centre, size = np.array([10.0, -5, 3]), np.array([200.0, 140])
@@ -316,7 +316,7 @@ def test_a_target_looks_as_it_is_drawn_wherever_its_origin_is():
         np.testing.assert_allclose(*middles, atol=1e-9)
 
 
-def test_a_plan_of_cells_has_the_steps_that_are_given():
+def test_plan_of_cells_has_given_steps():
     given = {"monitor_px": (640, 480), "cells": 8}
     assert pattern_plan(given | {"phase_steps": 5}).phase_steps == 5
     assert pattern_plan(given).gray_bits == (3, 3)

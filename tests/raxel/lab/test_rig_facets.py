@@ -44,7 +44,7 @@ def mirror_ball(path, **camera):
     return path
 
 
-def test_a_ball_of_facets_stands_before_its_viewer(tmp_path):
+def test_facet_ball_is_in_front_of_viewer(tmp_path):
     camera = load_rig(mirror_ball(tmp_path / "ball.yaml")).camera
     assert camera.kind == "planar mirrors"
     assert camera.facets > 20
@@ -52,7 +52,7 @@ def test_a_ball_of_facets_stands_before_its_viewer(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(middles - [0, 0, 210], axis=1), 60)
 
 
-def test_facets_stand_where_a_rig_states_them(tmp_path):
+def test_facets_have_stated_poses(tmp_path):
     path = mirror_ball(tmp_path / "facets.yaml")
     data = yaml.safe_load(path.read_text("utf-8"))
     T = pose(rotation_from_vector(np.array([0.1, 3.0, 0])), [5, -10, 200])
@@ -77,13 +77,13 @@ def test_facets_stand_where_a_rig_states_them(tmp_path):
         ("gap", leaf(-1, "mm"), "camera.gap: .* -1"),
     ],
 )
-def test_a_ball_that_is_none_is_refused(tmp_path, field, entry, words):
+def test_invalid_ball_is_rejected(tmp_path, field, entry, words):
     path = mirror_ball(tmp_path / "ball.yaml", **{field: entry})
     with pytest.raises(InputError, match=words):
         load_rig(path)
 
 
-def test_a_camera_of_facets_needs_to_see_a_piece_of_its_monitor(tmp_path):
+def test_facet_camera_requires_visible_monitor(tmp_path):
     rig = load_rig(mirror_ball(tmp_path / "ball.yaml"))
     seen = pose(rotation_from_vector(np.array([0, np.pi, 0])), [80, -60, -20])
     assert rig.shows(seen)
@@ -92,7 +92,7 @@ def test_a_camera_of_facets_needs_to_see_a_piece_of_its_monitor(tmp_path):
     assert not rig.shows(from_behind)
 
 
-def test_a_chessboard_before_facets_is_refused(tmp_path):
+def test_chessboard_with_facets_is_rejected(tmp_path):
     path = mirror_ball(tmp_path / "ball.yaml")
     data = yaml.safe_load(path.read_text("utf-8")) | {"target": small_rig()["target"]}
     path.write_text(yaml.safe_dump(data), encoding="utf-8")

@@ -132,7 +132,7 @@ ABSURD = {
 
 
 @pytest.mark.parametrize("case", ABSURD)
-def test_what_no_picture_can_show_is_refused(tmp_path, case):
+def test_impossible_rig_values_are_rejected(tmp_path, case):
     changes, message = ABSURD[case]
     path = changed(tmp_path / "bad.yaml", **changes)
     with pytest.raises(InputError, match=f"^{path}: {message}") as fault:
@@ -140,7 +140,7 @@ def test_what_no_picture_can_show_is_refused(tmp_path, case):
     assert "\n" not in str(fault.value)
 
 
-def test_whole_numbers_may_have_a_point(tmp_path):
+def test_integers_may_be_written_as_floats(tmp_path):
     counts = {name: leaf(4.0, "1") for name in ("target__columns", "poses__count")}
     rig = load_rig(changed(tmp_path / "rig.yaml", **counts))
     assert type(rig.target.columns) is int
@@ -148,7 +148,7 @@ def test_whole_numbers_may_have_a_point(tmp_path):
     assert rig.target.points().shape == (12, 2)
 
 
-def test_a_blur_that_sharpens_outwards_ends_at_sharp():
+def test_decreasing_blur_ends_at_zero():
     optics = Optics(blur_sd_px=(2.0, 0.0), centre_px=(0.0, 0.0))
     rng = np.random.default_rng(0)
     image = rng.random((40, 60)).astype(np.float32)
@@ -156,7 +156,7 @@ def test_a_blur_that_sharpens_outwards_ends_at_sharp():
     np.testing.assert_allclose(far, image[-3:, -3:], atol=1e-6)
 
 
-def test_strong_blur_takes_few_levels_that_reach_both_ends():
+def test_strong_blur_uses_few_levels():
     levels = _levels(0.0, 100.0**2)
     assert len(levels) < 60
     assert (levels[0], levels[-1]) == (0, pytest.approx(100**2))

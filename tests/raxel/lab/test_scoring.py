@@ -60,7 +60,7 @@ def with_corners(board, change):
     ],
     ids=["as it is", "half a turn", "mirrored"],
 )
-def test_true_corners_score_zero_in_every_symmetry(board_set, order):
+def test_true_corners_have_zero_error_in_every_symmetry(board_set, order):
     boards = [with_corners(board, order) for board in true_boards(board_set)]
     scored = score_corners(board_set, boards)
     assert (scored["views"], scored["found"], scored["right"]) == (3, 3, 3)
@@ -68,7 +68,7 @@ def test_true_corners_score_zero_in_every_symmetry(board_set, order):
     assert scored["rms_px"] == scored["median_px"] == scored["max_px"] == 0
 
 
-def test_a_board_with_its_counts_exchanged_is_the_same_board(board_set):
+def test_exchanged_counts_are_same_board(board_set):
     first, *others = true_boards(board_set)
     turned = with_corners(first, lambda lattice: lattice.transpose(1, 0, 2))
     detection = turned.detection._replace(columns=3, rows=4)
@@ -77,7 +77,7 @@ def test_a_board_with_its_counts_exchanged_is_the_same_board(board_set):
     assert scored["max_px"] == 0
 
 
-def test_shifted_corners_score_their_shift(board_set):
+def test_shifted_corners_have_error_of_shift(board_set):
     shifted = [
         with_corners(b, lambda c: c + [0.3, 0.4]) for b in true_boards(board_set)
     ]
@@ -87,7 +87,7 @@ def test_shifted_corners_score_their_shift(board_set):
         assert scored[name] == pytest.approx(0.5, abs=1e-9)
 
 
-def test_swapped_corners_make_a_wrong_board_and_spoil_no_error(board_set):
+def test_swapped_corners_make_wrong_board(board_set):
     def swap(lattice):
         lattice = lattice.copy()
         lattice[0, [0, 1]] = lattice[0, [1, 0]]
@@ -104,7 +104,7 @@ def test_swapped_corners_make_a_wrong_board_and_spoil_no_error(board_set):
     assert scored["images"][2]["max_px"] is None
 
 
-def test_no_right_board_has_no_error(board_set):
+def test_error_is_none_without_correct_board(board_set):
     boards = [b._replace(detection=refused(4, 3, "")) for b in true_boards(board_set)]
     scored = score_corners(board_set, boards)
     assert scored["right"] == 0
@@ -121,7 +121,7 @@ def table_of(camera, turn=(0.0, 0.0, 0.0), columns=None):
     return GeneralCamera(directions.reshape(*mask.shape, 3), mask)
 
 
-def test_the_true_camera_scores_zero_in_any_frame(board_set):
+def test_true_camera_has_zero_error_in_any_frame(board_set):
     true = load_camera(board_set.folder / "truth" / "camera.npz")
     for camera in (true, table_of(true, (0.3, -1.0, 0.4))):
         scored = score_camera(board_set, camera)
@@ -130,7 +130,7 @@ def test_the_true_camera_scores_zero_in_any_frame(board_set):
         assert scored["max_px"] < 1e-6
 
 
-def test_pixels_without_a_ray_count_in_the_share_alone(board_set):
+def test_pixels_without_ray_only_reduce_share(board_set):
     true = load_camera(board_set.folder / "truth" / "camera.npz")
     scored = score_camera(board_set, table_of(true, columns=true.width // 2))
     pixels = pixel_grid(true.width, true.height)
@@ -141,7 +141,7 @@ def test_pixels_without_a_ray_count_in_the_share_alone(board_set):
     assert scored["max_px"] < 1e-6
 
 
-def test_a_longer_focal_length_scores_its_angles(board_set):
+def test_focal_length_error_gives_angles(board_set):
     """Equidistance: r = f theta, so each angle is 1 % too small; no turn helps."""
     true = load_camera(board_set.folder / "truth" / "camera.npz")
     middle = true.principal_point
@@ -156,7 +156,7 @@ def test_a_longer_focal_length_scores_its_angles(board_set):
     assert scored["max_px"] == pytest.approx(radius.max() / 101, rel=1e-3)
 
 
-def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
+def test_mirror_directions_start_at_its_centre(board_set, tmp_path):
     shutil.copytree(board_set.folder, tmp_path / "set")
     size = {"width": board_set.width, "height": board_set.height}
     middle = [(size["width"] - 1) / 2, (size["height"] - 1) / 2]
@@ -179,7 +179,7 @@ def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
     assert scored["max_px"] == pytest.approx(apart.max(), rel=1e-4)
 
 
-def test_truth_without_one_corner_is_refused(board_set, tmp_path):
+def test_truth_with_missing_corner_is_rejected(board_set, tmp_path):
     shutil.copytree(board_set.folder, tmp_path / "set")
     path = tmp_path / "set" / "truth" / "corners.json"
     truth = json.loads(path.read_text())
@@ -192,7 +192,7 @@ def test_truth_without_one_corner_is_refused(board_set, tmp_path):
     assert "\n" not in str(fault.value)
 
 
-def test_a_camera_of_another_size_is_refused(board_set):
+def test_camera_of_other_size_is_rejected(board_set):
     other = FisheyeCamera("equidistance", 100, [50, 40], 100, 80, 1.4)
     with pytest.raises(InputError, match="100 x 80"):
         score_camera(board_set, other)

@@ -46,7 +46,7 @@ def rendered(tmp_path):
     return render
 
 
-def test_noise_is_new_in_every_picture_and_with_every_seed(rendered):
+def test_noise_differs_by_image_and_seed(rendered):
     (one, two), (other, _) = rendered(0), rendered(1)
     for noise in (one - two, one - other):
         # The scene is the same: what differs has no mean, and is nowhere alike.
@@ -55,9 +55,7 @@ def test_noise_is_new_in_every_picture_and_with_every_seed(rendered):
         assert np.mean(noise[one > 100] != 0) > 0.5
 
 
-def test_spots_are_the_same_in_all_pictures_of_a_specimen_and_new_with_the_seed(
-    rendered,
-):
+def test_spots_depend_on_seed_only(rendered):
     few, many = ({"blemishes": SPOTS | {"spots": leaf(n, "1")}} for n in (0, 40))
     clean, _ = rendered(0, **few, **WITHOUT_NOISE)
     one, two = rendered(5, **many, **WITHOUT_NOISE)
@@ -69,9 +67,7 @@ def test_spots_are_the_same_in_all_pictures_of_a_specimen_and_new_with_the_seed(
     assert (spotted & elsewhere).sum() < 0.5 * spotted.sum()
 
 
-def test_noise_of_a_monitor_is_new_in_every_pose_pattern_and_with_every_seed(
-    rendered, tmp_path
-):
+def test_monitor_noise_differs_by_pose_pattern_and_seed(rendered, tmp_path):
     (one, two), (other, _) = (rendered(seed, target=MONITOR) for seed in (0, 1))
     for noise in (one - two, one - other):
         assert abs(noise.mean()) < 0.1

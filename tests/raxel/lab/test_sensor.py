@@ -18,7 +18,7 @@ def flat(sensor, level, seed=0):
     return sensor.expose(image, np.random.default_rng(seed)).astype(float)
 
 
-def test_mean_is_the_share_of_the_full_well():
+def test_sensor_mean_is_share_of_full_well():
     sensor = Sensor(white_e=20000, full_well_e=40000, read_noise_e=10, bits=16)
     for level in (0.05, 0.4, 1.2):
         mean = flat(sensor, level).mean() / 65535 * 40000
@@ -28,9 +28,7 @@ def test_mean_is_the_share_of_the_full_well():
 
 # Where white has many electrons, both noises are drawn as one.
 @pytest.mark.parametrize(("white", "read"), [(20000, 30.0), (80000, 120.0)])
-def test_photon_transfer_is_a_line_with_slope_one_and_the_read_noise_as_offset(
-    white, read
-):
+def test_photon_transfer_curve_is_linear(white, read):
     full = 2 * white
     sensor = Sensor(white_e=white, full_well_e=full, read_noise_e=read, bits=16)
     levels = np.linspace(0.02, 1.5, 12)
@@ -68,7 +66,7 @@ def test_gamma_table_and_black_level():
     np.testing.assert_array_equal(dark[:4], [26, 83, 140, 255])
 
 
-def test_blooming_runs_along_the_column_and_keeps_the_charge():
+def test_blooming_keeps_charge_in_column():
     charge = np.zeros((41, 5))
     charge[20, 2] = 1000
     spilt = bloom(charge.copy(), 100, 1.0)
@@ -79,7 +77,7 @@ def test_blooming_runs_along_the_column_and_keeps_the_charge():
     assert np.count_nonzero(spilt[:, 2]) == 11
 
 
-def test_colour_and_grey_of_a_picture_behind_a_mosaic():
+def test_mosaic_gives_colour_and_grey():
     sensor = Sensor(20000, 20000, bits=16, bayer="RGGB")
     image = np.broadcast_to(np.array([0.2, 0.5, 0.8]), (60, 80, 3))
     rng = np.random.default_rng(5)
@@ -134,14 +132,14 @@ def test_monitor_gamma_black_level_and_falloff():
         (Monitor, {"white": 0}, "white"),
     ],
 )
-def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
+def test_invalid_sensor_and_monitor_are_rejected(build, values, field):
     with pytest.raises(InputError, match=f"^field '{field}': ") as fault:
         build(**values)
     assert "\n" not in str(fault.value)
 
 
 @pytest.mark.parametrize("colour", [(200, 60, 20), (20, 180, 90), (60, 40, 220)])
-def test_a_compressed_picture_keeps_its_colours(colour):
+def test_jpeg_keeps_colours(colour):
     """An even one, of which compression loses next to nothing."""
     image = np.full((32, 48, 3), colour, np.uint8)
     assert np.abs(compressed(image, 95).astype(int) - image).max() <= 3

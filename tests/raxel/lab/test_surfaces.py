@@ -30,7 +30,7 @@ def met_points(surface, origins, directions):
     return hit, seen, transform(inverse_pose(T), points)
 
 
-def test_a_rectangle_is_met_inside_its_sides_and_from_both():
+def test_rectangle_hits_from_both_sides():
     rectangle = Rectangle(T, 40, 30, (-10, -20))
     origins, directions = random_rays()
     hit, seen, points = met_points(rectangle, origins, directions)
@@ -45,7 +45,7 @@ def test_a_rectangle_is_met_inside_its_sides_and_from_both():
     )
 
 
-def test_a_disc_with_a_hole():
+def test_disc_with_hole():
     origins, directions = random_rays(1)
     hit, seen, points = met_points(Disc(T, 30, 12), origins, directions)
     radius = np.hypot(*points[:, :2].T)
@@ -55,7 +55,7 @@ def test_a_disc_with_a_hole():
     np.testing.assert_allclose(points[:, :2], hit.uv[seen], atol=1e-11)
 
 
-def test_a_cylinder_is_met_on_its_mantle_nearest_first_and_inside_too():
+def test_cylinder_hits_nearest_first():
     cylinder = Cylinder(T, 17.0, 40.0)
     origins, directions = random_rays(2)
     hit, seen, points = met_points(cylinder, origins, directions)
@@ -81,7 +81,7 @@ def height_at(relief, x, y):
 
 
 @pytest.mark.parametrize("steepness", [0.0, 1.0, 12.0])
-def test_a_relief_is_met_on_its_surface_and_nowhere_before(steepness):
+def test_relief_hit_is_first_intersection(steepness):
     rng = np.random.default_rng(3)
     relief = Relief(T, steepness * rng.normal(0, 1, (10, 12)), 5.0)
     origins, directions = random_rays(4, 800)
@@ -102,7 +102,7 @@ def test_a_relief_is_met_on_its_surface_and_nowhere_before(steepness):
     assert not both.any()
 
 
-def test_a_box_is_closed():
+def test_box_is_closed():
     faces = box(T, (30, 20, 10))
     scene = TexturedScene(tuple((face, Plain(0.5)) for face in faces))
     _, directions = random_rays(6)
@@ -116,7 +116,7 @@ def test_a_box_is_closed():
         assert (inside < np.array([30, 20, 10]) + 1e-9).all()
 
 
-def test_the_nearest_surface_wins():
+def test_nearest_surface_is_visible():
     near, far = (Rectangle(pose(np.eye(3), [0, 0, z]), 10, 10) for z in (5, 9))
     for parts in ((near, far), (far, near)):
         scene = TexturedScene(tuple((surface, Plain(1.0)) for surface in parts))
@@ -129,7 +129,7 @@ def test_the_nearest_surface_wins():
 
 
 @pytest.mark.parametrize("make", [room, facade])
-def test_ready_made_scenes_are_the_same_each_time_and_their_edges_are_seen(make):
+def test_scenes_are_reproducible(make):
     scene, again = make(), make()
     np.testing.assert_array_equal(scene.straight_edges, again.straight_edges)
     assert scene.straight_edges.shape[1:] == (2, 3)
@@ -169,13 +169,13 @@ def test_ready_made_scenes_are_the_same_each_time_and_their_edges_are_seen(make)
         (lambda: ImageTexture(np.zeros((3, 4)), 0), "0 mm per px"),
     ],
 )
-def test_impossible_surfaces_and_textures_are_refused_in_one_line(function, words):
+def test_invalid_surfaces_and_textures_are_rejected(function, words):
     with pytest.raises(InputError, match=words) as fault:
         function()
     assert "\n" not in str(fault.value)
 
 
-def test_flat_surfaces_are_met_as_the_plane_says():
+def test_flat_surface_hits_match_plane():
     rng = np.random.default_rng(8)
     T = pose(rotation_from_vector(rng.normal(size=3)), rng.normal(size=3))
     origins, directions = 9 * rng.normal(size=(400, 3)), rng.normal(size=(400, 3))
@@ -194,7 +194,7 @@ def test_flat_surfaces_are_met_as_the_plane_says():
         np.testing.assert_allclose(hit.cosine[on], d[on, 2], rtol=1e-12)
 
 
-def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
+def test_image_texture_starts_at_origin():
     image = np.arange(12.0).reshape(3, 4)
     texture = ImageTexture(image, 2.0)
     row, column = np.indices(image.shape).reshape(2, -1)
@@ -207,13 +207,13 @@ def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
 @pytest.mark.parametrize(
     ("place", "met"), [((5, 12), True), ((5, 33), False), ((33, 5), False)]
 )
-def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(place, met):
+def test_vertical_ray_hits_relief_only_inside(place, met):
     relief = Relief(np.eye(4), np.zeros((4, 3)), 10.0)  # 20 mm wide, 30 mm high
     hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
     assert np.isfinite(hit.distance[0]) == met
 
 
-def test_a_relief_is_seen_at_the_angle_of_its_normal():
+def test_relief_cosine_matches_normal():
     """The normal is that of the plane through three places close together."""
     relief = Relief(T, np.array([[0.0, 1, 5], [2, 9, 3]]), 10.0)
     places = np.array([[2.0, 7], [13, 3], [18, 8.5]])
@@ -229,7 +229,7 @@ def test_a_relief_is_seen_at_the_angle_of_its_normal():
         np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
 
 
-def test_the_flutes_of_the_rooms_column_go_all_around_it():
+def test_column_stripes_are_periodic():
     ((column, texture),) = _column(np.zeros(3), 2700.0)
     u = np.pi * column.radius * np.linspace(-1, 1, 481)[:-1] + 0.1
     seen = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))

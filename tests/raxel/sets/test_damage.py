@@ -68,7 +68,7 @@ def spoilt(data, at, how):
 
 @pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
 @pytest.mark.parametrize("packing", PACKINGS)
-def test_damage_inside_a_packed_tiff_is_seen(tmp_path, capfd, photograph, packing, how):
+def test_damaged_compressed_tiff_is_rejected(tmp_path, capfd, photograph, packing, how):
     """libtiff fills in black where it can go no further."""
     capfd.readouterr()
     for image in kinds(photograph):
@@ -92,9 +92,7 @@ def with_check_sums(png):
 
 
 @pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
-def test_damage_inside_a_png_is_seen_in_spite_of_right_check_sums(
-    tmp_path, photograph, how
-):
+def test_damaged_png_with_valid_checksums_is_rejected(tmp_path, photograph, how):
     whole = cv2.imencode(".png", photograph)[1]
     assert not is_seen(tmp_path / "a.png", with_check_sums(whole))
     length = len(whole) - 700
@@ -103,7 +101,7 @@ def test_damage_inside_a_png_is_seen_in_spite_of_right_check_sums(
         assert is_seen(tmp_path / "a.png", data), at
 
 
-def test_a_few_bytes_that_state_a_gigantic_picture_take_no_memory(tmp_path):
+def test_huge_stated_size_does_not_exhaust_memory(tmp_path):
     """The set's resolution is compared first."""
     data = cv2.imencode(".png", np.zeros((240, 320), np.uint8))[1]
     struct.pack_into(">II", data, 16, 30000, 30000)
@@ -123,7 +121,7 @@ def one_image(path):
 
 
 @pytest.mark.parametrize("read", [one_image, read_json, read_yaml])
-def test_a_file_without_end_is_not_read(tmp_path, read):
+def test_device_file_is_not_read(tmp_path, read):
     """It is sparse: on the disk there is nothing of it."""
     path = tmp_path / "large.json"
     with path.open("wb") as stream:
@@ -164,9 +162,7 @@ def tagged(image, **changed):
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("by", [read_image, read_colour])
-def test_pixels_of_a_tiff_stay_where_the_sensor_had_them(
-    tmp_path, orientation, depth, order, by
-):
+def test_tiff_orientation_is_ignored(tmp_path, orientation, depth, order, by):
     image = np.arange(12 * 20, dtype=depth).reshape(12, 20)
     data = tagged(image, orientation=orientation, order=order)
     found = read(tmp_path / "a.tif", data, image.shape, by)
@@ -175,20 +171,20 @@ def test_pixels_of_a_tiff_stay_where_the_sensor_had_them(
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
-def test_a_tiff_whose_zero_is_white_is_no_negative(tmp_path, depth):
+def test_min_is_white_tiff_is_inverted(tmp_path, depth):
     image = np.arange(12 * 20, dtype=depth).reshape(12, 20)
     data = tagged(np.iinfo(depth).max - image, photometric=0)
     found = read(tmp_path / "a.tif", data, image.shape)
     np.testing.assert_array_equal(found, image)
 
 
-def test_a_tiff_with_opacity_is_refused(tmp_path, photograph):
+def test_tiff_with_alpha_is_rejected(tmp_path, photograph):
     opaque = np.dstack([photograph] * 3 + [photograph // 2])
     with pytest.raises(InputError, match="4 samples a pixel"):
         read(tmp_path / "a.tif", cv2.imencode(".tif", opaque)[1])
 
 
-def test_a_bmp_of_run_lengths_is_read(tmp_path):
+def test_run_length_bmp_is_read(tmp_path):
     runs = b"".join(bytes((32, 200)) + b"\0\0" for _ in range(32)) + b"\0\1"
     start = 14 + 40 + 1024
     header = struct.pack("<IHHI", start + len(runs), 0, 0, start)
@@ -198,9 +194,7 @@ def test_a_bmp_of_run_lengths_is_read(tmp_path):
     assert (read(tmp_path / "a.bmp", data, (32, 32)) == 200).all()
 
 
-def test_a_picture_of_another_size_than_stated_is_refused(
-    tmp_path, monkeypatch, photograph
-):
+def test_size_different_from_header_is_rejected(tmp_path, monkeypatch, photograph):
     turned = np.ascontiguousarray(photograph.T)
     data = cv2.imencode(".png", photograph)[1]
     monkeypatch.setattr(cv2, "imdecode", lambda data, mode: turned)
@@ -208,7 +202,7 @@ def test_a_picture_of_another_size_than_stated_is_refused(
         read(tmp_path / "a.png", data)
 
 
-def test_damage_is_seen_without_a_standard_error_too(tmp_path, photograph):
+def test_damage_is_detected_without_stderr(tmp_path, photograph):
     data = tiff(photograph, LZW)
     usual = os.dup(2)
     os.close(2)

@@ -21,7 +21,7 @@ DESCRIPTION, CHARUCO, GRID, MIRROR, BY_HAND = map(
 )
 
 
-def test_every_key_of_a_set_of_photographs_is_named():
+def test_guide_names_every_key_of_image_sets():
     schema = json.loads(SCHEMA.read_text("utf-8"))
     names = "chessboard", "chessboard_view", "charuco", "charuco_view"
     names += "active_grid", "active_grid_view", "gray_pattern", "phase_pattern"
@@ -36,7 +36,7 @@ EXAMPLES = [{"views": DESCRIPTION["views"]}, {"views": BY_HAND}, CHARUCO]
 
 
 @pytest.mark.parametrize("change", EXAMPLES)
-def test_the_examples_are_sets_without_fault(tmp_path, change):
+def test_guide_examples_are_valid_sets(tmp_path, change):
     views = change.get("views", PLAIN)
     width, height = DESCRIPTION["resolution"]
     for view in views:
@@ -48,7 +48,7 @@ def test_the_examples_are_sets_without_fault(tmp_path, change):
     assert read_image(image_set, image_set.views[0]).shape == (height, width)
 
 
-def test_the_example_of_a_monitor_is_a_set_without_fault(tmp_path):
+def test_guide_monitor_example_is_valid(tmp_path):
     (view,) = GRID["views"]
     for name in [view["white"], view["black"], *(p["image"] for p in view["patterns"])]:
         (tmp_path / name).write_bytes(b"")
@@ -66,7 +66,7 @@ def keys_of(part):
     return set(part.get("properties", {})).union(*map(keys_of, inner))
 
 
-def test_the_example_of_a_mirror_has_no_fault_and_every_key_is_named():
+def test_guide_mirror_example_is_valid_and_complete():
     assert faults(MIRROR, "mirror.yaml", MIRROR_SCHEMA) == []
     known = keys_of(json.loads(MIRROR_SCHEMA.read_text("utf-8")))
     assert {"hidden_mm", "before", "thickness_mm", "set"} <= known

@@ -89,9 +89,7 @@ def folder(tmp_path_factory):
 
 @settings(max_examples=40)
 @given(chessboards, chessboard_views(), texts, origins)
-def test_a_written_chessboard_set_is_read_back_equal(
-    folder, target, views, camera, origin
-):
+def test_chessboard_set_round_trips(folder, target, views, camera, origin):
     written = ImageSet(
         "a-set", WIDTH, HEIGHT, target, views, folder, camera, origin, truth="truth/"
     )
@@ -101,7 +99,7 @@ def test_a_written_chessboard_set_is_read_back_equal(
 
 @settings(max_examples=20)
 @given(st.integers(1, 8), motions, st.none() | st.just((400.0, 300.0)))
-def test_a_written_active_grid_set_is_read_back_equal(folder, bits, motion, size):
+def test_active_grid_set_round_trips(folder, bits, motion, size):
     patterns = [
         Pattern(f"{2 * b + int(i)}.png", "x", "gray", of=8, bit=b, inverse=i)
         for b in range(bits)
@@ -119,7 +117,7 @@ def test_a_written_active_grid_set_is_read_back_equal(folder, bits, motion, size
     assert load_set(folder) == written
 
 
-def test_write_set_refuses_what_load_set_would_refuse(tmp_path):
+def test_write_set_rejects_invalid_set(tmp_path):
     views = (View(image="missing.png"),)
     broken = ImageSet("a-set", WIDTH, HEIGHT, Chessboard(4, 3), views, tmp_path)
     with pytest.raises(InputError, match=r"views\[0\]\.image"):
@@ -127,7 +125,7 @@ def test_write_set_refuses_what_load_set_would_refuse(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_numbers_written_as_floats_are_whole(tmp_path):
+def test_float_counts_become_integers(tmp_path):
     empty_images(tmp_path, "view0.png")
     data = description(1)
     data["resolution"] = [320.0, 240.0]
@@ -138,14 +136,14 @@ def test_numbers_written_as_floats_are_whole(tmp_path):
     assert isinstance(loaded.target.columns, int)
 
 
-def test_a_date_stays_a_text(tmp_path):
+def test_yaml_date_stays_text(tmp_path):
     empty_images(tmp_path, "view0.png")
     text = yaml.safe_dump(description(1)) + "origin: {source: 2026-01-31}\n"
     (tmp_path / "set.yaml").write_text(text)
     assert load_set(tmp_path).origin == {"source": "2026-01-31"}
 
 
-def test_views_are_told_apart_by_their_use(tmp_path):
+def test_views_for_selects_by_use(tmp_path):
     empty_images(tmp_path, "a.png", "b.png")
     views = [{"image": "a.png", "use": "evaluate"}, {"image": "b.png"}]
     write_description(tmp_path, description(0, views=views))
@@ -154,7 +152,7 @@ def test_views_are_told_apart_by_their_use(tmp_path):
     assert [v.label for v in loaded.views_for("evaluate")] == ["a.png"]
 
 
-def test_points_run_row_by_row_with_x_along_the_columns():
+def test_board_points_are_row_major():
     points = Chessboard(4, 3, 2.5).points()
     assert points.shape == (12, 2)
     assert points[:5].tolist() == [[0, 0], [2.5, 0], [5, 0], [7.5, 0], [0, 2.5]]
@@ -164,7 +162,7 @@ def test_points_run_row_by_row_with_x_along_the_columns():
 
 
 @pytest.mark.parametrize("extension", FORMATS)
-def test_grey_images_come_back_as_they_are(tmp_path, extension):
+def test_grey_images_are_unchanged(tmp_path, extension):
     image = picture()
     loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
     read = read_image(loaded, loaded.views[0])
@@ -174,14 +172,14 @@ def test_grey_images_come_back_as_they_are(tmp_path, extension):
 
 
 @pytest.mark.parametrize("extension", ["png", "tif"])
-def test_16_bit_images_keep_their_depth(tmp_path, extension):
+def test_16_bit_images_keep_depth(tmp_path, extension):
     image = picture(np.uint16)
     loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
     assert np.array_equal(read_image(loaded, "a." + extension), image)
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
-def test_colour_is_kept_or_made_grey_as_asked(tmp_path, depth):
+def test_read_colour_keeps_colour(tmp_path, depth):
     image = picture(depth, colours=3)
     loaded = one_image_set(tmp_path, "a.png", encoded("png", image))
     assert np.array_equal(read_colour(loaded, "a.png"), image)
@@ -230,7 +228,7 @@ VARIANTS = {
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_a_cut_file_is_refused_by_name(tmp_path, variant):
+def test_truncated_file_is_rejected_by_name(tmp_path, variant):
     data = VARIANTS[variant]
     loaded = one_image_set(tmp_path, "a.img", data)
     assert read_image(loaded, "a.img").shape == (HEIGHT, WIDTH)
@@ -240,7 +238,7 @@ def test_a_cut_file_is_refused_by_name(tmp_path, variant):
             read_image(loaded, "a.img")
 
 
-def test_a_thumbnail_does_not_stand_in_for_the_end(tmp_path):
+def test_truncated_file_with_thumbnail_is_rejected(tmp_path):
     whole = encoded("jpg", picture())
     data = with_exif(whole, encoded("jpg", picture()[:16, :16]))
     loaded = one_image_set(tmp_path, "a.jpg", data)
@@ -250,7 +248,7 @@ def test_a_thumbnail_does_not_stand_in_for_the_end(tmp_path):
         read_image(loaded, "a.jpg")
 
 
-def test_a_changed_byte_in_a_png_is_noticed(tmp_path):
+def test_changed_png_byte_is_rejected(tmp_path):
     data = bytearray(encoded("png", picture()))
     data[len(data) // 2] ^= 0x10
     loaded = one_image_set(tmp_path, "a.png", bytes(data))
@@ -259,7 +257,7 @@ def test_a_changed_byte_in_a_png_is_noticed(tmp_path):
 
 
 @pytest.mark.parametrize("stretch", [b"", b"\xff" * 200, b"\xff\xd9"])
-def test_a_jpeg_that_lost_a_part_inside_is_refused(tmp_path, capfd, stretch):
+def test_jpeg_with_missing_part_is_rejected(tmp_path, capfd, stretch):
     """Its end is there; libjpeg would fill in grey."""
     data = encoded("jpg", np.random.default_rng(3).integers(0, 255, SIZE, np.uint8))
     middle = len(data) // 2
@@ -269,7 +267,7 @@ def test_a_jpeg_that_lost_a_part_inside_is_refused(tmp_path, capfd, stretch):
     assert capfd.readouterr().err == ""
 
 
-def test_harmless_words_of_a_decoder_are_not_repeated(tmp_path, capfd):
+def test_harmless_decoder_warnings_are_suppressed(tmp_path, capfd):
     """Some cameras write bytes before the end marker."""
     data = encoded("jpg", picture())
     image_set = one_image_set(tmp_path, "a.jpg", data[:-2] + bytes(8) + data[-2:])
@@ -277,12 +275,12 @@ def test_harmless_words_of_a_decoder_are_not_repeated(tmp_path, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_float_samples_are_refused(tmp_path):
+def test_float_samples_are_rejected(tmp_path):
     data = encoded("tif", picture().astype(np.float32))
     loaded = one_image_set(tmp_path, "a.tif", data)
     with pytest.raises(InputError, match="float32"):
         read_image(loaded, "a.tif")
 
 
-def test_a_set_without_reference_has_no_reference_corners(tmp_path):
+def test_set_without_reference_has_no_corners(tmp_path):
     assert load_reference(one_image_set(tmp_path, "a.png", VARIANTS["png"])) == {}

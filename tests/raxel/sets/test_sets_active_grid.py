@@ -44,7 +44,7 @@ def said(folder, data):
     return text.removeprefix(f"{folder / 'set.yaml'}: views[0].")
 
 
-def test_whole_sets_and_subsets_are_taken(tmp_path, grid):
+def test_complete_and_partial_codes_are_valid(tmp_path, grid):
     listed = grid["views"][0]["patterns"]
     for kept in (
         listed,
@@ -105,7 +105,7 @@ def left_out(number):
         ),
     ],
 )
-def test_faults_of_patterns(tmp_path, grid, change, message):
+def test_invalid_patterns_are_reported(tmp_path, grid, change, message):
     change(grid["views"][0])
     assert said(tmp_path, grid).startswith(message)
 
@@ -121,9 +121,7 @@ def test_faults_of_patterns(tmp_path, grid, change, message):
         ((674.0, 519.0), "reach from [624.0, 469.0] to [1024.0, 769.0], beyond the"),
     ],
 )
-def test_a_monitor_shows_its_chessboard_with_a_square_around(
-    tmp_path, grid, origin, found
-):
+def test_monitor_chessboard_needs_surrounding_square(tmp_path, grid, origin, found):
     """7 x 5 corners of squares of 50 px: the first one lies a square further in."""
     board = {"columns": 7, "rows": 5, "pitch_px": 50.0, "origin_px": list(origin)}
     grid["target"]["chessboard"] = board
@@ -134,7 +132,7 @@ def test_a_monitor_shows_its_chessboard_with_a_square_around(
         assert load_set(tmp_path).target.chessboard.origin_px == origin
 
 
-def test_a_code_of_pixels_says_so(tmp_path):
+def test_code_finer_than_pixels_needs_cell_px(tmp_path):
     """Ten bits along 768 px: not cells of 0.75 px, but of one, cut off at the end."""
     patterns = patterns_of(plan_of_cells(SIZE, 2, 4))
     gray = [p for p in patterns if p.kind == "gray"]
@@ -152,7 +150,7 @@ def test_a_code_of_pixels_says_so(tmp_path):
     assert load_set(tmp_path).views[0].patterns[2].cell_px == 1
 
 
-def test_a_photograph_is_of_one_pose_only(tmp_path, grid):
+def test_image_belongs_to_one_pose(tmp_path, grid):
     """Known by the file, whatever it is called."""
     first = grid["views"][0]
     os.link(tmp_path / "w.png", tmp_path / "other.png")

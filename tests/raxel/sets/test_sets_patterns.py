@@ -17,7 +17,7 @@ def read_code(images):
     return sum(bit << (len(bits) - 1 - k) for k, bit in enumerate(bits))
 
 
-def test_the_thesis_has_twenty_patterns():
+def test_thesis_plan_has_twenty_patterns():
     patterns = patterns_of(plan_of_cells((1024, 768), phase_steps=4))
     assert len(patterns) == 20
     assert sum(p.kind == "gray" for p in patterns) == 12
@@ -27,7 +27,7 @@ def test_the_thesis_has_twenty_patterns():
 
 @pytest.mark.parametrize("size", [(1024, 768), (1366, 773), (97, 61)])
 @pytest.mark.parametrize("cells", [8, 5, (12, 3)])
-def test_cells_begin_where_sines_begin(size, cells):
+def test_cells_and_sines_start_together(size, cells):
     """Whole pixels for each cell, a code longer than the monitor, any count."""
     plan = plan_of_cells(size, cells, 5)
     for axis, count in zip("xy", np.broadcast_to(cells, 2), strict=True):
@@ -46,7 +46,7 @@ def test_cells_begin_where_sines_begin(size, cells):
         assert 2 ** gray[0].of * width >= pixels
 
 
-def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
+def test_pattern_image_matches_simulator():
     size = (97, 61)
     v, u = np.indices(size[::-1])
     uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
@@ -57,7 +57,7 @@ def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
         np.testing.assert_allclose(sent.ravel() / 255, shown, atol=0.501 / 255)
 
 
-def test_an_offset_of_a_quarter_makes_cosines():
+def test_quarter_offset_makes_cosines():
     size = (96, 64)
     plan = plan_of_cells(size, 4, 3, offset=0.25)
     own = [p for p in patterns_of(plan) if p.kind == "phase" and p.axis == "x"]
@@ -79,12 +79,12 @@ def test_an_offset_of_a_quarter_makes_cosines():
         (8, 2, "steps: found 2; give 3 to 64"),
     ],
 )
-def test_plans_that_no_monitor_can_show(cells, steps, message):
+def test_invalid_plans_are_rejected(cells, steps, message):
     with pytest.raises(InputError, match=message):
         plan_of_cells((640, 480), cells, steps)
 
 
-def test_a_chessboard_is_sent_as_the_laboratory_shows_it_wherever_its_lines_lie():
+def test_chessboard_image_matches_simulator():
     """Also where lines are no borders of pixels: each has the colour of its middle."""
     size, board = (97, 61), MonitorChessboard(7, 5, 8.3, (20.23, 13.71))
     v, u = np.indices(size[::-1])
@@ -95,7 +95,7 @@ def test_a_chessboard_is_sent_as_the_laboratory_shows_it_wherever_its_lines_lie(
 
 
 @pytest.mark.parametrize("size", [(97, 61), (1366, 768)])
-def test_a_chessboard_is_in_the_middle_and_as_large_as_it_can_be(size):
+def test_largest_chessboard_is_centred(size):
     board = chessboard_of_corners(size, 7, 5)
     first = np.array(board.origin_px) - board.pitch_px
     last = np.array(size) - first - board.pitch_px * np.array([8, 6])
@@ -104,7 +104,7 @@ def test_a_chessboard_is_in_the_middle_and_as_large_as_it_can_be(size):
     assert ((board.pitch_px + 1) * np.array([8, 6]) > size).any()
 
 
-def test_a_chessboard_of_oblong_pixels_is_measured_along_both_sides():
+def test_chessboard_points_use_both_pixel_sizes():
     board = MonitorChessboard(4, 3, 10.0, (20.0, 30.0))
     ends = ActiveGrid((200, 100), (300.0, 125.0), board).chessboard_points()[[0, -1]]
     np.testing.assert_allclose(ends, [[30, 37.5], [75, 62.5]])
@@ -112,7 +112,7 @@ def test_a_chessboard_of_oblong_pixels_is_measured_along_both_sides():
     np.testing.assert_allclose(ends, [[20, 30], [50, 50]])
 
 
-def test_a_code_without_a_cell_width_fills_the_monitor_along_its_own_axis():
+def test_default_cells_fill_monitor():
     """The most significant bit changes in the middle, the others in between."""
     for bit, edges in ((0, [32]), (1, [16, 48])):
         pattern = Pattern("", "y", "gray", bit=bit, of=3)

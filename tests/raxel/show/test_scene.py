@@ -21,7 +21,7 @@ def without_opengl(monkeypatch):
 
 
 @pytest.mark.skipif(bool(rendering_missing()), reason=rendering_missing())
-def test_a_scene_fills_its_axes_and_needs_no_labels():
+def test_scene_fills_axes():
     drawn, axes = style.new_figure(1, 2, height_in=2.0)
     drawn.set_layout_engine("none")
     axes[0].set_position([0, 0, 0.25, 1])
@@ -37,14 +37,14 @@ def test_a_scene_fills_its_axes_and_needs_no_labels():
     style.check_axes(drawn, "fig")
 
 
-def test_without_opengl_the_figure_says_what_mends_it(without_opengl):
+def test_figure_without_opengl_states_remedy(without_opengl):
     drawn, axes = style.new_figure()
     space.draw_scene(axes, Scene([Points([[0, 0, 0]], "k")], **VIEW))
     assert " ".join(axes.texts[0].get_text().split()) == MISSING
     style.check_axes(drawn, "fig")
 
 
-def test_without_opengl_the_page_says_what_mends_it(without_opengl):
+def test_page_without_opengl_states_remedy(without_opengl):
     page = space.scene_page(Scene([Points([[0, 0, 0]], "k")], **VIEW), "A <b> title")
     assert "<title>A &lt;b&gt; title</title>" in page
     assert "run: mend &lt;it&gt;" in page
@@ -78,7 +78,7 @@ def fig_9_9(results):
         ("", "scene", False),
     ],
 )
-def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, good):
+def test_figure_decorator_stores_scene(tmp_path, monkeypatch, mark, scene, good):
     path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text(CHAPTER.replace("MARK", mark).replace("SCENE", scene))
@@ -101,7 +101,7 @@ def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, go
         assert "<title>Fig. 9.9 One x.</title>" in out.with_suffix(".html").read_text()
 
 
-def test_a_scene_is_a_literal_that_the_workflow_finds(tmp_path):
+def test_scene_flag_must_be_literal(tmp_path):
     path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text(CHAPTER.replace("MARK", ", scene=True"))

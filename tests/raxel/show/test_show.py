@@ -58,7 +58,7 @@ def meshes(*parts):
 
 
 @has_pyvista
-def test_a_tube_follows_its_line_and_breaks_at_a_gap():
+def test_tube_follows_line_with_gaps():
     points = np.array([[0, 0, 1], [1, 0, 1], [np.nan] * 3, [2, 0, 1], [3, 0, 1]])
     (drawn,) = meshes(Polyline(points, "k", width=2))
     around = drawn.mesh.points
@@ -74,7 +74,7 @@ def test_a_tube_follows_its_line_and_breaks_at_a_gap():
 
 
 @has_pyvista
-def test_balls_segments_and_arrows_without_a_finite_place_are_left_out():
+def test_nonfinite_parts_are_skipped():
     starts, ends = np.zeros((3, 3)), np.ones((3, 3))
     ends[1, 2] = np.inf
     drawn = meshes(
@@ -91,7 +91,7 @@ def test_balls_segments_and_arrows_without_a_finite_place_are_left_out():
 
 
 @has_pyvista
-def test_a_sheet_is_its_lattice_with_a_hole_where_a_corner_is_missing():
+def test_sheet_has_hole_at_missing_corner():
     points = lattice(4, 3)
     (drawn,) = meshes(Surface(points))
     assert np.allclose(drawn.mesh.points, points.reshape(-1, 3) - VIEW["look_at"])
@@ -103,7 +103,7 @@ def test_a_sheet_is_its_lattice_with_a_hole_where_a_corner_is_missing():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_found_view_shows_everything_and_wastes_little(seed):
+def test_framed_view_is_tight(seed):
     rng = np.random.default_rng(seed)
     points = (
         rng.normal(size=(30, 3)) * rng.uniform(1, 100, 3) + rng.normal(size=3) * 1e3
@@ -115,7 +115,7 @@ def test_a_found_view_shows_everything_and_wastes_little(seed):
 
 
 @draws
-def test_a_picture_shows_a_board_as_the_camera_model_projects_it():
+def test_image_matches_camera_projection():
     """The renderer's pinhole, and the library's with its K, put corners alike."""
     chess = Chessboard(4, 3, 20.0)
     T = pose(rotation_from_vector([0.3, -0.4, 0.2]), [-30, -20, 300])
@@ -141,7 +141,7 @@ def test_a_picture_shows_a_board_as_the_camera_model_projects_it():
 
 
 @draws
-def test_a_texture_is_the_right_way_up_and_mirrored_from_behind():
+def test_texture_is_mirrored_from_behind():
     sheet = Surface(lattice(2, 2), texture=quadrants())
     for behind in (False, True):
         scene = Scene([sheet], (0, 0, 5 if behind else -5), (0, 0, 0))
@@ -155,7 +155,7 @@ def test_a_texture_is_the_right_way_up_and_mirrored_from_behind():
 
 
 @draws
-def test_the_nearer_sheet_hides_the_farther_and_clear_backs_hide_nothing():
+def test_nearer_sheet_occludes_farther():
     near = Surface(lattice(2, 2, -1), "#ff0000", back=CLEAR)
     far = Surface(lattice(2, 2, 1), "#0000ff", back="#00ff00")
 
@@ -196,7 +196,7 @@ assert "trame_vtklocal" not in sys.modules
 
 
 @draws
-def test_the_same_scene_is_the_same_picture_and_page_in_any_process():
+def test_rendering_is_reproducible():
     def made():
         pair = png(small_scene()), html(small_scene(), "T").encode()
         return [hashlib.sha256(content).hexdigest() for content in pair]
@@ -211,7 +211,7 @@ def test_the_same_scene_is_the_same_picture_and_page_in_any_process():
 
 
 @draws
-def test_a_page_loads_nothing_and_says_what_it_is_told():
+def test_page_is_self_contained():
     made = html(small_scene(), "An <i> title")
     assert "<title>An &lt;i&gt; title</title>" in made
     assert "<p>a &lt; b</p>" in made
@@ -232,7 +232,7 @@ def test_a_page_loads_nothing_and_says_what_it_is_told():
 
 
 @draws
-def test_a_page_that_is_too_large_is_refused(monkeypatch):
+def test_oversized_page_is_rejected(monkeypatch):
     monkeypatch.setattr(sys.modules[page.__name__], "LARGEST_BYTES", 1000)
     with pytest.raises(SceneError, match=r"scene of \d+ bytes, 1000 at most"):
         html(small_scene(), "T")
@@ -263,12 +263,12 @@ def test_a_page_that_is_too_large_is_refused(monkeypatch):
         (lambda: meshes(Points([[np.nan] * 3], "k")), "no part has a finite point"),
     ],
 )
-def test_a_bad_scene_is_refused_with_its_reason(make, said):
+def test_invalid_scene_is_rejected(make, said):
     with pytest.raises(SceneError, match=said):
         make()
 
 
-def test_what_is_looked_at_is_mid_picture_and_the_angle_of_view_ends_at_its_edge():
+def test_look_at_is_image_centre():
     """Half a pixel beyond the outermost centre, as pixel centres are whole numbers."""
     edge = 10 * np.tan(np.radians(15.0))
     scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, 0), (0, 0, 10), (0, -1, 0))

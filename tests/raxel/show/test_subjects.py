@@ -48,7 +48,7 @@ def of_kind(scene, kind, label):
     return [p for p in scene.parts if isinstance(p, kind) and p.label == label]
 
 
-def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
+def test_field_edge_is_border_or_angle():
     u, v = field_edge(PINHOLE).T
     rim = np.maximum(np.abs(u - 99.5) / 99.5, np.abs(v - 79.5) / 79.5)
     assert rim == pytest.approx(1)
@@ -63,7 +63,7 @@ def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
     assert radius == pytest.approx(60, abs=1e-6)
 
 
-def test_a_central_camera_shows_its_centre_and_rays_of_equal_length():
+def test_central_camera_scene():
     scene = camera_scene(PINHOLE, "mine")
     (rays,) = of_kind(scene, Segments, "ray")
     assert np.linalg.norm(rays.ends, axis=1) == pytest.approx(100)
@@ -72,7 +72,7 @@ def test_a_central_camera_shows_its_centre_and_rays_of_equal_length():
     assert scene.note.startswith("mine: perspective, 200 x 160 px; central")
 
 
-def test_a_mirror_is_where_its_rays_start_and_its_caustic_is_shown():
+def test_mirror_camera_scene_has_caustic():
     camera = sphere_camera()
     scene = camera_scene(camera)
     (sheet,) = of_kind(scene, Surface, "mirror")
@@ -89,7 +89,7 @@ def test_a_mirror_is_where_its_rays_start_and_its_caustic_is_shown():
 
 
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
-def test_a_rig_shows_its_targets_in_the_poses_that_are_rendered(path, monkeypatch):
+def test_rig_scene_uses_rendered_poses(path, monkeypatch):
     rig: Rig = load_rig(path)
     asked = []
 
@@ -114,7 +114,7 @@ def test_a_rig_shows_its_targets_in_the_poses_that_are_rendered(path, monkeypatc
         assert np.allclose(sheet.points[[0, 1], [0, 1]], ends)
 
 
-def test_a_set_without_poses_is_calibrated_and_one_with_truth_is_not(tmp_path):
+def test_set_scene_uses_truth_or_calibrates(tmp_path):
     drawn = write_drawn_set(tmp_path / "set")
     scene = set_scene(load_set(tmp_path / "set"))
     sheets = [
@@ -141,7 +141,7 @@ def test_a_set_without_poses_is_calibrated_and_one_with_truth_is_not(tmp_path):
         set_scene(load_set(tmp_path / "set"))
 
 
-def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypatch):
+def test_known_boards_skip_detection(tmp_path, monkeypatch):
     drawn = write_drawn_set(tmp_path / "set")
     image_set = load_set(tmp_path / "set")
     boards = detect_boards(image_set)
@@ -158,7 +158,7 @@ def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypa
 
 @draws
 @pytest.mark.parametrize("name", ["a.png", "b.html"])
-def test_the_command_writes_what_its_name_says(tmp_path, capsys, name):
+def test_show_writes_format_of_suffix(tmp_path, capsys, name):
     PINHOLE.save(tmp_path / "camera.npz")
     out = tmp_path / name
     assert main(["show", str(tmp_path / "camera.npz"), "--out", str(out)]) == 0
@@ -169,9 +169,7 @@ def test_the_command_writes_what_its_name_says(tmp_path, capsys, name):
 
 @draws
 @pytest.mark.parametrize("display", ["", ":0"])
-def test_without_a_file_it_opens_a_page_where_there_is_a_display(
-    tmp_path, capsys, monkeypatch, display
-):
+def test_show_without_file_opens_page(tmp_path, capsys, monkeypatch, display):
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setenv("DISPLAY", display)
@@ -198,7 +196,7 @@ def test_without_a_file_it_opens_a_page_where_there_is_a_display(
         (["x.yaml", "--out", "no/folder/a.png"], "no folder"),
     ],
 )
-def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
+def test_show_errors_have_one_line(monkeypatch, capsys, arguments, said):
     monkeypatch.setattr("raxel.cli.show.packages_missing", str)
     assert main(["show", *arguments]) == 2
     complaint = capsys.readouterr().err
@@ -206,9 +204,7 @@ def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
     assert complaint.count("\n") == 1
 
 
-def test_what_is_missing_is_told_with_the_command_that_mends_it(
-    monkeypatch, capsys, tmp_path
-):
+def test_missing_packages_are_reported_with_command(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(rendering.sys, "prefix", str(tmp_path))
     monkeypatch.setattr(rendering, "PROBE", "import os; os.kill(os.getpid(), 11)")
     assert "apt-get install libegl1 libgl1 libxrender1" in fresh()
@@ -231,7 +227,7 @@ def fresh():
     return rendering.rendering_missing.__wrapped__()
 
 
-def test_pixels_that_are_drawn_lie_evenly_about_mid_image():
+def test_spread_pixels_are_centred():
     camera = load_rig(RIGS[0]).camera
     pixels = spread_pixels(camera, (8, 6)).reshape(6, 8, 2)
     size = np.array([camera.width, camera.height])
@@ -240,7 +236,7 @@ def test_pixels_that_are_drawn_lie_evenly_about_mid_image():
     np.testing.assert_allclose(pixels[0, 0], size / [8, 6] / 2 - 0.5)
 
 
-def test_a_texel_shows_what_lies_at_its_middle():
+def test_texel_samples_its_centre():
     class Ramp:
         """As bright as its place is far right and, in another channel, far down."""
 

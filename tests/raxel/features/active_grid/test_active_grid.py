@@ -38,7 +38,7 @@ def errors(scene, found):
 
 @pytest.mark.parametrize("steps", [3, 4, 5, 6, 8])
 @pytest.mark.parametrize("cells", [8, 1, (13, 4)])
-def test_without_noise_every_pixel_finds_its_place(steps, cells):
+def test_decode_without_noise_is_exact(steps, cells):
     """Cells beyond the power of two, codes longer than the monitor, 16 bit."""
     scene = drawn(cells=cells, steps=steps, dtype=np.uint16, monitor=(203, 151))
     found = decoded(scene, smooth=False, margin_px=0)
@@ -50,7 +50,7 @@ def test_without_noise_every_pixel_finds_its_place(steps, cells):
     assert off.max() < 2e-5 * 300 / np.min(cells)
 
 
-def test_locations_are_in_mm_with_oblong_pixels_or_in_pixels():
+def test_location_unit_is_mm_or_px():
     scene = drawn(noise=1.0)
     in_px = decode(scene.images, scene.patterns, ActiveGrid(scene.grid.monitor_px))
     in_mm = decoded(scene)
@@ -66,7 +66,7 @@ def test_locations_are_in_mm_with_oblong_pixels_or_in_pixels():
 
 @pytest.mark.parametrize("options", [{}, {"smooth": False}, {"neighbours": True}])
 @pytest.mark.parametrize("noise", [1.0, 3.0, 8.0])
-def test_two_thirds_lie_within_one_sigma(noise, options):
+def test_sigma_covers_two_thirds_of_errors(noise, options):
     """With tilt and vignetting, over the whole mask, noise from the images."""
     scene = with_noise(noise)
     found = decoded(scene, **options)
@@ -82,7 +82,7 @@ def assert_covered(scene, found):
 
 @pytest.mark.parametrize("cells", [8, 32])
 @pytest.mark.parametrize("share", [1.0, 1.05, 1.3])
-def test_no_pixel_beyond_the_monitor_is_decoded(share, cells):
+def test_pixels_outside_monitor_are_not_decoded(share, cells):
     """The monitor's border leaves the image, so that a wedge beyond it is narrow."""
     kind = {"tilt": 0.3, "share": share, "seed": 3}
     scene = drawn(size=(400, 300), cells=cells, noise=4.0, blur=2.0, **kind)
@@ -93,7 +93,7 @@ def test_no_pixel_beyond_the_monitor_is_decoded(share, cells):
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.02, -0.02])
-def test_no_cell_is_wrong_at_a_blurred_edge(shift):
+def test_cells_are_correct_at_blurred_edges(shift):
     """200 000 pixels, blur 2 px, noise 4; sines and code may be a little apart."""
     scene = drawn(size=(540, 405), noise=4.0, blur=2.0, shift=shift, seed=2)
     for options in ({}, {"smooth": False}):
@@ -104,7 +104,7 @@ def test_no_cell_is_wrong_at_a_blurred_edge(shift):
     assert share_of_lit(scene, decoded(scene, margin_px=9)) > 0.9
 
 
-def test_gray_code_alone_gives_the_middle_of_its_cells():
+def test_gray_code_alone_gives_cell_centres():
     plan = PatternPlan((5, 6), True)
     scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
     found = decoded(scene)
@@ -117,7 +117,7 @@ def test_gray_code_alone_gives_the_middle_of_its_cells():
     assert share_of_lit(scene, found) > 0.8
 
 
-def test_one_axis_leaves_the_other_open():
+def test_single_axis_leaves_other_axis_nan():
     scene = drawn(noise=2.0)
     both = decoded(scene, noise=2.0)
     for axis, name in enumerate("xy"):
@@ -133,7 +133,7 @@ def test_one_axis_leaves_the_other_open():
         )
 
 
-def test_a_picture_in_two_strips_is_decoded_as_one():
+def test_strips_do_not_change_result():
     scene = drawn(size=(2500, 32), monitor=(1920, 1440), noise=2.0)
     found = decoded(scene)
     assert share_of_lit(scene, found) > 0.5
@@ -143,7 +143,7 @@ def test_a_picture_in_two_strips_is_decoded_as_one():
 
 
 @pytest.mark.parametrize("with_white", [True, False])
-def test_bits_without_inverse_are_compared_with_the_middle(with_white):
+def test_bits_without_inverse_use_mean_level(with_white):
     scene = drawn(size=(240, 180), noise=3.0, blur=1.0)
     own = [k for k, p in enumerate(scene.patterns) if not p.inverse]
     levels = {"white": scene.white, "black": scene.black} if with_white else {}
@@ -154,7 +154,7 @@ def test_bits_without_inverse_are_compared_with_the_middle(with_white):
     assert np.abs(errors(scene, found)).max() < 0.1 * 300 / 8
 
 
-def test_nothing_is_smoothed_across_a_jump():
+def test_smoothing_stops_at_jumps():
     """Two halves that see places far apart, without a gap between them."""
 
     def halves(u, v, monitor):
@@ -172,7 +172,7 @@ def test_nothing_is_smoothed_across_a_jump():
     assert np.all(ratio[20:110] < 0.2)
 
 
-def test_the_noise_comes_from_the_pictures():
+def test_noise_is_estimated_from_images():
     scene = drawn(size=(320, 240), noise=3.0)
     found = decoded(scene).noise
     level = np.array([60.0, 120.0, 180.0])
@@ -189,7 +189,7 @@ def test_the_noise_comes_from_the_pictures():
     )
 
 
-def test_overexposed_pixels_tell_nothing_of_the_noise():
+def test_noise_estimate_ignores_overexposed_pixels():
     """They are all alike, however much the light on them scatters."""
     rng = np.random.default_rng(1)
     ramp = np.linspace(40, 340, 400)[None, :]
@@ -200,7 +200,7 @@ def test_overexposed_pixels_tell_nothing_of_the_noise():
     np.testing.assert_allclose(found.at(level), 16 + 1 / 12, rtol=0.06)
 
 
-def test_what_cannot_be_trusted_is_counted():
+def test_masked_pixels_are_counted_by_reason():
     scene = drawn(size=(240, 180), noise=2.0, share=0.7)
     images = scene.images.copy()
     images[:, 60:80, 100:130] = 255
@@ -242,7 +242,7 @@ def without(scene, *numbers):
         (lambda s: ([], []), "found 0 for 0 patterns"),
     ],
 )
-def test_pictures_that_do_not_fit_are_refused_in_one_line(spoil, message):
+def test_inconsistent_images_are_rejected(spoil, message):
     scene = drawn()
     images, patterns = spoil(scene)
     with pytest.raises(InputError, match=message) as fault:
@@ -251,7 +251,7 @@ def test_pictures_that_do_not_fit_are_refused_in_one_line(spoil, message):
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
-def test_sigma_holds_for_raw_pictures_whose_black_is_a_level(dtype):
+def test_sigma_is_correct_with_black_level(dtype):
     """Photons alone, and a black level that has none: the line of the variance against
     the level meets zero far above the level 0."""
     depth = {np.uint8: 1, np.uint16: 257}[dtype]
@@ -265,7 +265,7 @@ def test_sigma_holds_for_raw_pictures_whose_black_is_a_level(dtype):
         assert_covered(scene, decoded(scene, smooth=smooth))
 
 
-def test_a_long_code_is_the_code_of_its_part():
+def test_code_longer_than_monitor_is_decoded():
     """Cells of a stated width: a code of ten bits on a monitor that needs eight."""
     plan = PatternPlan((10, 0), True, cell_px=(1.0, 0.0))
     scene = drawn(size=(160, 120), plan=plan, noise=1.0, share=0.2)
@@ -275,7 +275,7 @@ def test_a_long_code_is_the_code_of_its_part():
     assert replace(scene.patterns[0], cell_px=None) != scene.patterns[0]
 
 
-def test_memory_beyond_the_pictures_is_bounded():
+def test_decoder_memory_is_bounded():
     """24 bytes a pixel, the result included; images of 1.2 Mpx."""
     scene = drawn()
     images = np.full((20, 1700, 700), 90, np.uint8)
@@ -288,7 +288,7 @@ def test_memory_beyond_the_pictures_is_bounded():
     assert peak / 1_190_000 < 24
 
 
-def test_texture_in_the_dark_is_no_noise_of_the_light():
+def test_noise_estimate_ignores_dark_texture():
     """Where what is darkest scatters most, noise is told as even, by the rest."""
     rng = np.random.default_rng(3)
     ramp = np.linspace(30, 230, 400)[None, :] + np.zeros((4, 300, 1))
@@ -299,7 +299,7 @@ def test_texture_in_the_dark_is_no_noise_of_the_light():
     assert found.floor == pytest.approx(4 + 1 / 12, rel=0.15)
 
 
-def test_the_arrays_of_an_earlier_view_are_written_over():
+def test_decode_into_reuses_arrays():
     scene, other = drawn(noise=1.0), drawn(noise=2.0, tilt=0.4, seed=1)
     kept = decode(other.images, other.patterns, other.grid)
     expected = decode(scene.images, scene.patterns, scene.grid)
@@ -309,7 +309,7 @@ def test_the_arrays_of_an_earlier_view_are_written_over():
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
-def test_angles_in_turns():
+def test_turns_match_arctan2():
     angle = np.linspace(0, 1, 20001)[:-1]
     for x in angle[::7]:
         s, c = np.float32(np.sin(2 * np.pi * x)), np.float32(np.cos(2 * np.pi * x))
@@ -318,7 +318,7 @@ def test_angles_in_turns():
     assert turns(np.float32(-1e-12), np.float32(1)) in (0, np.float32(1 - 2**-24))
 
 
-def test_pictures_in_a_list_in_any_order_and_number_of_threads():
+def test_image_order_and_threads_do_not_change_result():
     scene = drawn(size=(150, 301), noise=3.0)
     order = np.random.default_rng(0).permutation(len(scene.patterns))
     first = decode(scene.images, scene.patterns, scene.grid, threads=1)
@@ -334,7 +334,7 @@ def test_pictures_in_a_list_in_any_order_and_number_of_threads():
 
 
 @pytest.mark.parametrize("noise", [1.0, 2.0])
-def test_sigma_holds_where_windows_are_biased(noise):
+def test_sigma_includes_window_bias(noise):
     """A bent surface, on which averages over 7 x 7 are off by up to a sigma.
 
     Some 2400 windows do not overlap, so that shares are known to 1 % only.
@@ -352,7 +352,7 @@ def test_sigma_holds_where_windows_are_biased(noise):
     assert 0.65 < np.mean(np.abs(off) < sigma) < 0.71
 
 
-def test_sines_that_are_long_enough_need_no_finest_bits():
+def test_finest_bits_are_optional_for_long_periods():
     """Cells are then as wide as those of the finest bit that is there."""
     scene = drawn(size=(240, 180), plan=PatternPlan((5, 5), True, 4, (8.0, 8.0)))
     own = [k for k, p in enumerate(scene.patterns) if p.kind == "phase" or p.bit < 3]

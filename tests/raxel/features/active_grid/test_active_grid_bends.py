@@ -35,7 +35,7 @@ def within(one, **options):
 
 @pytest.mark.parametrize("place", [ball, ripples])
 @pytest.mark.parametrize("noise", [1.0, 3.0])
-def test_two_thirds_lie_within_one_sigma_on_a_mirror(place, noise):
+def test_sigma_covers_errors_on_curved_mirror(place, noise):
     one = drawn(**SCENE, place=place, noise=noise, seed=5)
     shares = within(one)
     assert 0.65 < shares[0] < 0.85
@@ -43,13 +43,13 @@ def test_two_thirds_lie_within_one_sigma_on_a_mirror(place, noise):
     assert shares[2] > 0.97
 
 
-def test_on_a_plane_it_stays_as_it_is():
+def test_sigma_is_unchanged_on_plane():
     one = drawn(**SCENE, noise=3.0, share=1.3, seed=5)
     assert within(one)[0] == pytest.approx(0.683, abs=0.02)
 
 
 @pytest.mark.parametrize("shape", [(128, 400), (30, 40)])
-def test_up_to_the_rim_a_bend_is_known(shape):
+def test_bend_bias_extends_to_border(shape):
     """Beside what is not decoded, and along the image's border."""
     y, x = np.indices(shape, np.float32)
     place = (0.01 * x * x - 0.02 * y * y)[None]

@@ -18,7 +18,7 @@ BLUR, WINDOW = 2.0, 7
 LINEAR = (no_ripple(), no_ripple())
 
 
-def test_a_phase_that_bends_where_light_grows_is_shifted_so_far():
+def test_blur_bias_matches_prediction():
     """To the image's border, by light that is blurred and a mean of 7 pixels."""
     x = np.arange(-40, 360)
     turns = 0.1 + 0.0005 * x + 0.7e-5 * x**2
@@ -44,7 +44,7 @@ def test_a_phase_that_bends_where_light_grows_is_shifted_so_far():
     np.testing.assert_allclose(seen, np.tile(due, (5, 1)), rtol=0.004)
 
 
-def test_noise_bends_flat_phases_by_no_more_than_it_does_once_in_three_times():
+def test_noise_adds_little_bias_on_plane():
     """Of a normal law a third is beyond 1 / BIAS_TO_SIGMA of its standard deviation."""
     flat = {"tilt": 0.0, "vignetting": 0.0, "share": 1.2}
     one = drawn(size=(320, 240), steps=3, noise=3.0, **flat)
@@ -55,7 +55,7 @@ def test_noise_bends_flat_phases_by_no_more_than_it_does_once_in_three_times():
     assert 0.2 < np.mean(inner > 0) < 0.5
 
 
-def test_the_bias_of_windows_is_that_of_a_bent_surface():
+def test_window_bias_matches_curvature():
     """Second derivatives 1.2 and 0.4 of the monitor's width on 400 px."""
 
     def bent(u, v, monitor):
@@ -71,7 +71,7 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
     assert found[1].max() < 0.02 * expected
 
 
-def test_facets_are_not_bent():
+def test_facets_have_no_bias():
     """Their places jump by up to a third of a period, along x alone."""
 
     def facets(u, v, monitor):

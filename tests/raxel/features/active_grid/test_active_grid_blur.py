@@ -49,7 +49,7 @@ def outermost(mask, width=3):
 
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("blur", BLURS)
-def test_the_blur_is_found(blur, noise):
+def test_blur_is_measured(blur, noise):
     """Noise hides what is less than a pixel."""
     found = seen(blur, noise, 0.75)[1].blur_px
     assert found == pytest.approx(blur, abs=0.15 if blur < 1 else 0.08)
@@ -58,7 +58,7 @@ def test_the_blur_is_found(blur, noise):
 @pytest.mark.parametrize("share", [0.75, 1.05])
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("blur", BLURS)
-def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
+def test_border_pixels_have_correct_sigma(blur, noise, share):
     """With the monitor's rim in the image, and with some of it just outside."""
     scene, found = seen(blur, noise, share)
     off = np.abs(found.location - scene.true) / found.sigma
@@ -74,14 +74,14 @@ def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
 
 
 @pytest.mark.parametrize("power", [0.45, 2.2])
-def test_tone_curves_do_not_hide_the_blur(power):
+def test_blur_is_measured_behind_tone_curve(power):
     scene = photographed(blur=2.0, noise=1.0)
     images = np.rint(255 * (scene.images / 255) ** power).astype(np.uint8)
     found = decode(images, scene.patterns, scene.grid)
     assert 1.9 < found.blur_px < 3.0
 
 
-def test_the_worst_part_of_the_picture_counts():
+def test_blur_of_worst_area_is_returned():
     """One corner out of focus."""
     sharp, soft = (photographed(blur=blur, noise=1.0) for blur in (0.7, 3.0))
     images = sharp.images.copy()
@@ -91,7 +91,7 @@ def test_the_worst_part_of_the_picture_counts():
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_a_blur_and_a_margin_that_are_given_are_taken(smooth):
+def test_given_blur_and_margin_are_used(smooth):
     scene = photographed(blur=1.0, noise=1.0)
     found = decode(scene.images, scene.patterns, scene.grid, blur_px=3, smooth=smooth)
     assert (found.blur_px, found.margin_px) == (3, 15 + 3 * smooth)
@@ -102,7 +102,7 @@ def test_a_blur_and_a_margin_that_are_given_are_taken(smooth):
 @pytest.mark.parametrize(
     "plan", [PatternPlan((4, 4), True), PatternPlan((3, 3), False, 4, (8.0, 8.0))]
 )
-def test_gray_code_alone_and_bits_without_inverse_tell_it(plan):
+def test_blur_is_measured_without_phases_or_inverses(plan):
     scene = photographed(blur=2.0, noise=2.0, plan=plan)
     found = decode(
         scene.images, scene.patterns, scene.grid, white=scene.white, black=scene.black
@@ -110,14 +110,14 @@ def test_gray_code_alone_and_bits_without_inverse_tell_it(plan):
     assert found.blur_px == pytest.approx(2.0, abs=0.1)
 
 
-def test_sines_alone_do_not_tell_it():
+def test_blur_is_unknown_without_gray_code():
     scene = photographed(blur=2.0, noise=1.0, plan=PatternPlan((0, 0), True, 4, (1, 1)))
     found = decode(scene.images, scene.patterns, scene.grid)
     assert (found.blur_px, found.margin_px) == (None, 6)
     assert found.mask.mean() > 0.3
 
 
-def test_light_beyond_the_rim_is_read_as_far_as_noise_in_the_dark_lets_it():
+def test_spill_width_depends_on_dark_noise():
     """Photons make more of it where it is bright; what is read there is dark."""
     scene = photographed(blur=2.0, noise=1.0)
     stack = ImageStack(scene.images, scene.patterns, scene.grid.monitor_px, None, None)

@@ -55,7 +55,7 @@ def standardised(scene, found):
 
 @pytest.mark.parametrize("jump", JUMPS)
 @pytest.mark.parametrize("smooth", [True, False])
-def test_what_is_left_beside_a_break_is_as_good_as_it_says(jump, smooth):
+def test_sigma_is_correct_next_to_breaks(jump, smooth):
     near, lost = [], []
     for k, (blur, noise) in enumerate(((0.7, 1.0), (0.7, 4.0), (2.0, 1.0), (2.0, 4.0))):
         axis, seed = k % 2, k
@@ -90,7 +90,7 @@ SMOOTH = {
 
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("smooth", [True, False])
-def test_smooth_views_lose_nothing(name, smooth):
+def test_smooth_views_have_no_breaks(name, smooth):
     scene = drawn(size=(400, 300), **SMOOTH[name])
     found = decode(
         scene.images, scene.patterns, scene.grid, smooth=smooth,
@@ -100,7 +100,7 @@ def test_smooth_views_lose_nothing(name, smooth):
 
 
 @pytest.mark.parametrize("along", [0, 1])
-def test_a_jump_is_no_step_between_those_before_and_behind(along):
+def test_jump_exceeds_both_neighbouring_steps(along):
     """However the steps change along the row or column; NaN says nothing."""
     x = np.arange(80.0)
     for row in (0.5 * x, 0.004 * x**2, 10 * np.sin(x / 40)):
@@ -138,14 +138,14 @@ def gray_codes(bits, monitor_px, **cells):
     return read_coding(patterns, monitor_px)
 
 
-def test_edges_end_with_the_last_cell_that_a_monitor_shows():
+def test_edges_end_with_last_visible_cell():
     """4 bits number 16 cells; of 16 px, 12 and a half are shown along x, 9 along y."""
     plan = plan_arrays(gray_codes(4, (200, 144), cell_px=16.0), (200, 144), (1, 1))
     np.testing.assert_array_equal(plan.edges, [13, 9])
 
 
 @pytest.mark.parametrize("bits", [5, 7, 9])
-def test_neighbours_without_phases_are_as_near_whatever_the_cells(bits):
+def test_neighbour_distance_is_independent_of_cell_width(bits):
     """A 64th of the monitor's sides to each side, in its own unit."""
     monitor_px, mm_per_px = (1024, 512), 0.25
     codes = gray_codes(bits, monitor_px)

@@ -96,7 +96,7 @@ def ball(u, v, monitor):
         {"place": ball, "cells": 16, "noise": 0.5, "blur": 3.0},
     ],
 )
-def test_good_images_raise_no_doubt(changes, seed):
+def test_valid_images_give_no_diagnostic(changes, seed):
     one = drawn(**{**USUAL, "seed": seed, **changes})
     levels = {"white": one.white, "black": one.black} if seed else {}
     assert diagnostics(one.images, one.patterns, one.grid, **levels) == []
@@ -106,7 +106,7 @@ def test_good_images_raise_no_doubt(changes, seed):
 @pytest.mark.parametrize(
     "changes", [{}, {"cells": 2}, {"share": 2.5, "steps": 6}, {"plan": FINE}]
 )
-def test_tone_curves_raise_no_doubt(power, changes):
+def test_tone_curves_give_no_diagnostic(power, changes):
     """They leave harmonics in the sines, and lines along the edges of the code."""
     one = drawn(**{**USUAL, "noise": 1.0, "blur": 1.5, "tilt": 0.4, **changes})
     images = np.rint(255 * (one.images / 255) ** power).astype(np.uint8)
@@ -122,7 +122,7 @@ def test_tone_curves_raise_no_doubt(power, changes):
         lambda p: not p.inverse,
     ],
 )
-def test_subsets_in_any_order_raise_no_doubt(kept):
+def test_subsets_in_any_order_give_no_diagnostic(kept):
     one = scene(6)
     keep = [k for k, p in enumerate(one.patterns) if kept(p)]
     keep = np.random.default_rng(0).permutation(keep)
@@ -131,7 +131,7 @@ def test_subsets_in_any_order_raise_no_doubt(kept):
     assert diagnostics(one.images[keep], patterns, one.grid, **levels) == []
 
 
-def test_light_that_differs_by_half_a_percent_spoils_nothing():
+def test_light_change_of_half_percent_is_accepted():
     one = scene()
     gains = 1 + 0.005 * np.sin(np.arange(len(one.images)))
     images = (one.images * gains[:, None, None]).astype(np.uint8)
@@ -141,7 +141,7 @@ def test_light_that_differs_by_half_a_percent_spoils_nothing():
     )
 
 
-def test_facets_at_angles_of_their_own_agree():
+def test_facets_with_different_light_are_consistent():
     """Light, and what scatters into it, change with the facet; the curve does not."""
     one = drawn(size=(280, 210), noise=0.5, blur=1.0, share=1.4)
     v, u = np.indices(one.images.shape[1:]) // 40
@@ -179,7 +179,7 @@ X_1_AND_Y_1 = [("gray-x-01", "gray-y-01"), ("gray-x-01-inverse", "gray-y-01-inve
         (4, [("gray-x-02", "phase-x-1")], "not-opposite", "gray-x-02.png"),
     ],
 )
-def test_images_in_each_others_place(steps, pairs, code, named):
+def test_exchanged_images_are_detected(steps, pairs, code, named):
     images = scene(steps).images.copy()
     for names in pairs:
         own = [number(name, steps) for name in names]
@@ -205,7 +205,7 @@ def test_images_in_each_others_place(steps, pairs, code, named):
         ),
     ],
 )
-def test_an_image_taken_while_the_monitor_showed_another(steps, places, code):
+def test_wrong_pattern_is_detected(steps, places, code):
     images = scene(steps).images.copy()
     for name, other in places.items():
         shown = scene(steps, seed=1).images[number(other, steps)]
@@ -216,7 +216,7 @@ def test_an_image_taken_while_the_monitor_showed_another(steps, places, code):
 
 
 @pytest.mark.parametrize("change", [lambda k: -k % 6, lambda k: (k + 1) % 6])
-def test_steps_against_the_code(change):
+def test_steps_inconsistent_with_code_are_detected(change):
     images = scene(6).images.copy()
     own = [number(f"phase-x-{k}", 6) for k in range(6)]
     images[own] = images[[own[change(k)] for k in range(6)]]
@@ -227,7 +227,7 @@ def test_steps_against_the_code(change):
     )
 
 
-def test_other_faults_of_single_images():
+def test_faults_of_single_images_are_detected():
     one = scene()
     copied, level = one.images.copy(), one.images.copy()
     copied[3] = copied[2]
@@ -252,7 +252,7 @@ def test_other_faults_of_single_images():
 @pytest.mark.parametrize(
     "wrong", [{"periods": 4.0}, {"periods": 7.0}, {"cell_px": 20.0}, {"cell_px": 12.5}]
 )
-def test_lengths_in_the_file_that_the_images_do_not_show(wrong):
+def test_wrong_lengths_in_set_yaml_are_detected(wrong):
     one, key = scene(), next(iter(wrong))
     patterns = [
         replace(p, **wrong) if p.axis == "x" and getattr(p, key) else p
@@ -262,7 +262,7 @@ def test_lengths_in_the_file_that_the_images_do_not_show(wrong):
     assert (diagnostic.code, diagnostic.invalidates) == ("period", True)
 
 
-def test_a_code_that_leaves_the_monitor():
+def test_code_wider_than_monitor_is_detected():
     """Gray code alone: nothing else shows that cells of 50 px are too wide."""
     one = scene()
     own = [k for k, p in enumerate(one.patterns) if p.kind == "gray"]
@@ -274,7 +274,7 @@ def test_a_code_that_leaves_the_monitor():
 
 
 @pytest.mark.parametrize("steps", [5, 6])
-def test_an_offset_that_is_not_stated_is_measured(steps):
+def test_unstated_offset_is_measured(steps):
     plan = plan_of_cells((200, 144), 8, steps, 0.25)
     one = drawn(plan=plan, noise=1.0, blur=1.0)
     patterns = [replace(p, offset=0.0) for p in one.patterns]
@@ -284,7 +284,7 @@ def test_an_offset_that_is_not_stated_is_measured(steps):
 
 
 @pytest.mark.parametrize(("slope", "falls"), [(0.0, False), (-0.1, True)])
-def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
+def test_clipped_sines_are_not_reversed(slope, falls):
     one = scene()
     codes = read_coding(one.patterns, one.grid.monitor_px)
     along = np.where(np.arange(300) % 3 == 0, 0.1, slope)
@@ -306,7 +306,7 @@ def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
         (18, None, (2, 0), "moved-step", "among phase-y-0.png to phase-y-3.png"),
     ],
 )
-def test_a_camera_that_moved(begin, end, shift, code, named):
+def test_camera_motion_is_detected(begin, end, shift, code, named):
     images = scene().images.copy()
     for image in images[begin:end]:
         image[:] = np.roll(image, shift, (0, 1))
@@ -322,7 +322,7 @@ def test_a_camera_that_moved(begin, end, shift, code, named):
     assert not any(diagnostic.invalidates for diagnostic in found)
 
 
-def test_sines_that_moved_against_the_code():
+def test_motion_between_code_and_phases_is_detected():
     """No rim is in the image to see it by, and whole steps are further off."""
     one = scene(share=1.6)
     images = one.images.copy()
@@ -339,7 +339,7 @@ def test_sines_that_moved_against_the_code():
 @pytest.mark.parametrize(
     ("steps", "name"), [(6, "gray-x-01-inverse"), (6, "phase-x-1"), (3, "phase-x-1")]
 )
-def test_light_that_changed(steps, name):
+def test_light_change_is_detected(steps, name):
     images = scene(steps).images.copy()
     k = number(name, steps)
     images[k] = np.rint(0.87 * images[k])
@@ -353,7 +353,7 @@ def test_light_that_changed(steps, name):
 @pytest.mark.parametrize(
     ("dtype", "top"), [(np.uint8, 160), (np.uint16, 4095)], ids=["8 bit", "16 bit"]
 )
-def test_a_camera_that_clips_below_the_largest_value(dtype, top):
+def test_clipping_below_full_range_is_detected(dtype, top):
     """12 bits in files of 16, and grey values that end at 235."""
     one = drawn(**USUAL)
     assert clipped_at(one.images, one.patterns) is None
@@ -367,7 +367,7 @@ def test_a_camera_that_clips_below_the_largest_value(dtype, top):
 
 
 @pytest.mark.parametrize(("times", "clipped"), [(1, False), (3, False), (9, True)])
-def test_only_a_value_many_times_as_frequent_is_a_limit(times, clipped):
+def test_clipping_level_needs_frequency_spike(times, clipped):
     """Of a dark scene few pixels reach the top, and rounding makes them uneven."""
     values = np.repeat(np.arange(100, 201), 60)
     image = np.append(values, np.full(60 * (times - 1), 200)).astype(np.uint8)[None]
@@ -399,9 +399,7 @@ def error(one, found):
         ("phase-x-1", lambda p: np.roll(p, 1, 1), MOTION, 1.0, None),
     ],
 )
-def test_the_step_its_change_and_the_error_by_it(
-    steps, name, change, kind, size, invalidates
-):
+def test_inconsistent_step_is_identified(steps, name, change, kind, size, invalidates):
     one = scene(steps, **WIDE)
     images = one.images.copy()
     k = [pattern.image for pattern in one.patterns].index(f"{name}.png")
@@ -438,7 +436,7 @@ def test_the_step_its_change_and_the_error_by_it(
         (2.0, lambda p: p + 4),
     ],
 )
-def test_sigma_holds_what_is_not_refused(noise, change):
+def test_sigma_includes_accepted_step_errors(noise, change):
     one = scene(**WIDE, noise=noise)
     images = one.images.copy()
     k = [pattern.image for pattern in one.patterns].index("phase-x-1.png")
@@ -468,9 +466,7 @@ def test_sigma_holds_what_is_not_refused(noise, change):
         (0.02, 0.001, 8.0, False),  # blur draws edges and sines apart by more
     ],
 )
-def test_sines_may_begin_a_little_off_their_code_and_no_more(
-    monkeypatch, off, noise, blur_px, moved
-):
+def test_offset_from_code_has_tolerance(monkeypatch, off, noise, blur_px, moved):
     """Periods of 25 px, at 300 edges; off and noise of one edge in periods."""
     one = drawn(steps=5)
     codes = read_coding(one.patterns, one.grid.monitor_px)
@@ -482,7 +478,7 @@ def test_sines_may_begin_a_little_off_their_code_and_no_more(
     assert [diagnostic.code for diagnostic in found] == ["moved-code-phase"] * moved
 
 
-def test_a_phase_at_an_edge_is_taken_where_the_edge_lies():
+def test_edge_phase_is_interpolated():
     """Edges of cells of 8 px, 0.7 px behind the one pixel and 0.3 before the other."""
     x = np.arange(64) + 0.3
     cells = (x // 8).astype(np.int32)
@@ -511,7 +507,7 @@ def test_a_phase_at_an_edge_is_taken_where_the_edge_lies():
         ((20, 20.5), (0.0, -0.003), True),
     ],
 )
-def test_sines_may_begin_a_little_off_each_other_and_no_more(periods, begun, doubted):
+def test_offset_between_sines_has_tolerance(periods, begun, doubted):
     rng, periods = np.random.default_rng(7), np.float32(periods)
     turns = rng.uniform(0.1, 0.9, 2000) * periods[:, None] + np.reshape(begun, (-1, 1))
     turns = np.float32((turns + 0.002 * rng.normal(size=turns.shape)) % 1)
@@ -524,7 +520,7 @@ def test_sines_may_begin_a_little_off_each_other_and_no_more(periods, begun, dou
         assert offset == pytest.approx(begun, abs=0.005)
 
 
-def test_windows_know_the_phases_of_doubted_sines_49_times_as_well():
+def test_window_phases_have_smaller_variance():
     """By propagation: 2 / N of a grey value's variance, over amplitude squared."""
     wave = np.full((30, 40), 40 * np.exp(1.2j), np.complex64)
     sample = SimpleNamespace(

@@ -37,7 +37,7 @@ def near_folds(one, found):
 
 
 @pytest.mark.parametrize(("blur", "noise"), [(0.7, 1.0), (0.7, 3.0), (2.0, 1.0)])
-def test_sigma_holds_at_folds(blur, noise):
+def test_sigma_includes_fold_bias(blur, noise):
     one = drawn(**SCENE, place=facets, blur=blur, noise=noise, seed=3)
     near, far = near_folds(one, decode(one.images, one.patterns, one.grid))
     assert len(near) > 2000
@@ -46,7 +46,7 @@ def test_sigma_holds_at_folds(blur, noise):
     assert np.mean(far < 1) < 0.82
 
 
-def test_sigma_holds_where_places_turn_round():
+def test_sigma_includes_caustic_bias():
     one = drawn(**SCENE, place=caustic, blur=1.0, noise=2.0, seed=3)
     found = decode(one.images, one.patterns, one.grid)
     inner = np.s_[24:-24, 24:-24]
@@ -55,14 +55,14 @@ def test_sigma_holds_where_places_turn_round():
     assert np.nanmean(off < 3) > 0.985
 
 
-def test_the_mean_of_a_fold():
+def test_fold_bias_matches_formula():
     """Of a window of 7 x 7 pixels it is 6/7 of the change of step; less 8 px away."""
     off = np.mean(np.abs(np.arange(-3, 4))) / 2
     assert share_at_folds(4.0) == pytest.approx(off / (8 - 2 * off), rel=0.1)
 
 
 @pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
-def test_places_that_scatter_more_than_is_stated(times):
+def test_scatter_above_sigma_is_measured(times):
     """Less than that is none; an axis without phases is not asked."""
     noise = np.random.default_rng(4).normal(0, 0.2 * times, (2, 64, 400))
     sigma = np.full((2, 64, 400), 0.2, np.float32)
@@ -70,7 +70,7 @@ def test_places_that_scatter_more_than_is_stated(times):
     np.testing.assert_allclose(found, [max(times, 1.0), 1.0], rtol=0.06)
 
 
-def test_more_blur_shifts_a_fold_by_more():
+def test_fold_bias_grows_with_blur():
     """Also where it reaches farther than the difference that tells the fold."""
     shares = [share_at_folds(variance) for variance in (1, 4, 25, 100, 625)]
     assert (np.diff([0, *shares]) > 0).all()

@@ -20,7 +20,7 @@ def seen_by(width=120, height=90, noise=0.0, seed=0):
 PLACES = np.random.default_rng(1).uniform([2, 2], [117, 87], (200, 2))
 
 
-def test_a_point_is_found_where_it_is_seen():
+def test_pixel_lookup_is_exact():
     found = pixels_of(seen_by(), apply_homography(H, PLACES))
     np.testing.assert_allclose(found, PLACES, atol=2e-4)
     back = points_at(seen_by(), found)
@@ -28,14 +28,14 @@ def test_a_point_is_found_where_it_is_seen():
     np.testing.assert_allclose(back, apply_homography(H, PLACES), atol=1e-3)
 
 
-def test_noise_of_the_locations_comes_through_once():
+def test_lookup_propagates_location_noise():
     """Four pixels are interpolated: the error is about that of one of them."""
     found = pixels_of(seen_by(noise=0.02), apply_homography(H, PLACES))
     error = (found - PLACES).std()
     assert 0.4 * 0.02 / 0.5 < error < 1.2 * 0.02 / 0.5
 
 
-def test_holes_are_bridged_by_the_nearest_that_are_left():
+def test_lookup_bridges_holes():
     location = seen_by()
     rng = np.random.default_rng(2)
     location[rng.random(location.shape[:2]) < 0.2] = np.nan
@@ -47,7 +47,7 @@ def test_holes_are_bridged_by_the_nearest_that_are_left():
     assert 0.2 < np.isfinite(points_at(location, PLACES)[:, 0]).mean() < 0.7
 
 
-def test_what_is_not_seen_is_not_found():
+def test_invisible_points_are_nan():
     location = seen_by()
     outside = apply_homography(H, np.array([[-20.0, 40.0], [150.0, 40.0], [60, 130]]))
     assert np.isnan(pixels_of(location, outside)).all()
@@ -57,7 +57,7 @@ def test_what_is_not_seen_is_not_found():
     assert np.isnan(pixels_of(location, apply_homography(H, PLACES))).all()
 
 
-def test_a_camera_in_pieces_answers_from_one_piece():
+def test_lookup_uses_one_facet():
     """A facet further right that sees other points does not disturb the search."""
     left, right = seen_by(), seen_by() + np.float32(500)
     both = np.concatenate([left, right], axis=1)
@@ -65,7 +65,7 @@ def test_a_camera_in_pieces_answers_from_one_piece():
     np.testing.assert_allclose(found, PLACES + [120, 0], atol=1e-3)
 
 
-def test_points_that_are_none_leave_the_others_alone():
+def test_nonfinite_points_are_nan():
     points = apply_homography(H, PLACES[:3])
     points[1, 0] = np.nan
     found = pixels_of(seen_by(), points)
@@ -74,7 +74,7 @@ def test_points_that_are_none_leave_the_others_alone():
     assert pixels_of(seen_by(), np.empty((0, 2))).shape == (0, 2)
 
 
-def test_a_point_just_beside_the_picture_is_not_found():
+def test_point_outside_image_is_nan():
     """One and a half pixels beyond its border, all four see it from one side."""
     beside = np.array([[-1.5, 40.0], [60.0, -1.5], [120.5, 40.0], [60.0, 90.5]])
     assert np.isnan(pixels_of(seen_by(), apply_homography(H, beside))).all()

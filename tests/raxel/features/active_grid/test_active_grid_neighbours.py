@@ -29,7 +29,7 @@ def filled(jumps=(0, 0)):
     return at, status[1, 1] == FILLED
 
 
-def test_a_hole_lies_midway_and_is_known_as_its_neighbours_are():
+def test_filled_hole_is_mean_of_neighbours():
     (place, sigma, cells), found = filled()
     assert found
     np.testing.assert_allclose(place, PITCH)
@@ -38,11 +38,11 @@ def test_a_hole_lies_midway_and_is_known_as_its_neighbours_are():
 
 
 @pytest.mark.parametrize("jumps", [(12, 0), (0, 12), (-12, 0), (0, -12)])
-def test_neighbours_that_disagree_along_one_axis_fill_no_hole(jumps):
+def test_disagreeing_neighbours_do_not_fill_hole(jumps):
     assert not filled(jumps)[1]
 
 
-def test_noise_that_neighbours_share_makes_no_bias_larger():
+def test_correlated_noise_does_not_scale_bias():
     """Each axis has a share of its own, and what is marked by a minus sign stays so."""
     noise, length, bias = 0.02, np.float32([3, 2]), np.float32([0.03, 0.01])
     shared = np.float32([2.5, 1.5])

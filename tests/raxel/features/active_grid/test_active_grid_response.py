@@ -60,7 +60,7 @@ def shares(psi, steps, waves):
         (8, {7: -0.02}, [-0.02, 0, 0, 0]),
     ],
 )
-def test_harmonics_are_undone_as_sums_of_steps_have_them(steps, waves, terms, offset):
+def test_ripple_correction_inverts_harmonics(steps, waves, terms, offset):
     """psi is 90 degrees behind the phase of a sine that begins with the offset."""
     psi = np.linspace(0.01, 2 * np.pi - 0.01, 500)
     begin = 1j * np.exp(-2j * np.pi * offset)
@@ -71,7 +71,7 @@ def test_harmonics_are_undone_as_sums_of_steps_have_them(steps, waves, terms, of
     np.testing.assert_allclose(found, 0.7 * begin * np.exp(1j * psi), atol=3e-6)
 
 
-def test_shares_change_over_the_picture():
+def test_ripple_share_varies_over_image():
     psi, x = np.full(3, 1.0), np.array([-1.0, 0.0, 0.5])
     ripple = Ripple(
         4, 0.0, 6, np.float32([0.02, 0.03, 0, 0.01, 0, 0]), np.zeros(3, "f4")
@@ -83,7 +83,7 @@ def test_shares_change_over_the_picture():
 
 
 @pytest.mark.parametrize("steps", [3, 4, 5, 6, 8])
-def test_sigma_holds_behind_a_gamma(steps):
+def test_sigma_is_correct_behind_gamma(steps):
     found, within = seen(2.2, steps)
     assert 0.65 < within[0] < 0.71
     assert 0.94 < within[1] < 0.97
@@ -96,7 +96,7 @@ def test_sigma_holds_behind_a_gamma(steps):
 
 
 @pytest.mark.parametrize("steps", [3, 4])
-def test_without_correction_places_are_off_by_the_harmonics_of_a_gamma(steps):
+def test_uncorrected_gamma_shifts_positions(steps):
     """The fault, and by how much: dark is 10 of 180 grey levels of a Scene."""
     found, _ = seen(2.2, steps)
     plain, within = seen(2.2, steps, linear=True)
@@ -110,7 +110,7 @@ def test_without_correction_places_are_off_by_the_harmonics_of_a_gamma(steps):
     assert all(own.size is None for own in plain.response)
 
 
-def test_a_linear_response_is_left_alone():
+def test_linear_response_is_not_corrected():
     found, _ = seen(1.0, 4)
     plain, _ = seen(1.0, 4, linear=True)
     assert [own.ripple.steps for own in found.response] == [0, 0]
@@ -125,7 +125,7 @@ def filling(light):
 
 
 @pytest.mark.parametrize("steps", [3, 4])
-def test_a_camera_that_fills_up_bends_bright_parts_more(steps):
+def test_correction_varies_with_saturation(steps):
     """Its harmonics fall with the light towards the corners."""
     options = {"camera": filling, "noise": 1.0, "vignetting": 1.2}
     found, within = seen(1.6, steps, **options)
@@ -144,7 +144,7 @@ SOFT, HARD = like_an_s(2.0), like_an_s(4.0)
 
 @pytest.mark.parametrize("camera", [None, SOFT, HARD])
 @pytest.mark.parametrize("steps", [3, 4, 5])
-def test_ripples_of_three_pixels_are_told(steps, camera):
+def test_ripple_of_three_pixels_is_measured(steps, camera):
     """Means of seven pixels hold more than one of them."""
     gamma, curve = (1.0, camera) if camera else (2.2, lambda light: light)
     fine = {"size": (240, 180), "cells": int(65 / steps), "noise": 1.0}
@@ -159,7 +159,7 @@ def test_ripples_of_three_pixels_are_told(steps, camera):
 FINEST = {"cells": 36, "noise": 1.0, "size": (280, 210)}
 
 
-def test_of_stripes_too_fine_to_tell_the_steps_give_a_bound():
+def test_fine_stripes_give_response_bound():
     found, within = seen(2.2, 4, **FINEST)
     assert [own.ripple.steps for own in found.response] == [0, 0]
     assert within[1] > 0.95
@@ -173,7 +173,7 @@ def test_of_stripes_too_fine_to_tell_the_steps_give_a_bound():
 
 @pytest.mark.parametrize("blur", [0.0, 0.7])
 @pytest.mark.parametrize("steps", [4, 5])
-def test_the_bound_knows_of_curves_like_an_s(steps, blur):
+def test_response_bound_covers_s_curves(steps, blur):
     found, within = seen(1.0, steps, camera=HARD, blur=blur, **FINEST)
     assert [own.bound for own in found.response] == [True, True]
     assert within[1] > 0.94
@@ -181,7 +181,7 @@ def test_the_bound_knows_of_curves_like_an_s(steps, blur):
 
 
 @pytest.mark.parametrize("cells", [8, 12])
-def test_the_dark_beside_the_monitor_has_no_say_in_the_bound(cells):
+def test_response_bound_ignores_dark_pixels(cells):
     """Its noise is larger than that of the light, and a pixel of it turns anyhow."""
     scene = shown(1.0, 4, **FINEST | {"cells": cells, "share": 0.2})
     dark = ~np.isfinite(scene.true[..., 0])
@@ -199,7 +199,7 @@ def answered(curve, dark=0.02):
     return waves / waves[1]
 
 
-def test_a_bounded_ripple_shifts_as_a_sine_of_that_size_does(monkeypatch):
+def test_response_bound_is_rms_of_sine(monkeypatch):
     """Phases that a response shifts by a sine of 0.03 rad, in the mean over all."""
     psi = np.linspace(0, 60, 600) + np.linspace(0, 9, 40)[:, None]
     steps = 2 * np.pi * np.arange(6) / 6
@@ -213,7 +213,7 @@ def test_a_bounded_ripple_shifts_as_a_sine_of_that_size_does(monkeypatch):
     assert found == pytest.approx(due, rel=0.01)
 
 
-def test_harmonics_of_powers():
+def test_harmonics_of_powers_match_fourier_series():
     for power in (0.7, 1.8, 2.2):
         found = harmonics_of_powers([power], 8)[0, 1:]
         due = answered(lambda light, power=power: light**power, 0)[1:9]
@@ -221,7 +221,7 @@ def test_harmonics_of_powers():
 
 
 @pytest.mark.parametrize("steps", [4, 5, 6, 8])
-def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
+def test_response_bounds_are_valid_and_tight(steps):
     """In shares of a_1 that matter: 0.001 are less than 0.0002 of a period."""
     for power in (0.45, 0.7, 1.2, 1.8, 2.0, 2.2, 2.4):
         waves = answered(lambda light, power=power: light**power)
@@ -231,14 +231,14 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
         assert bound < 20 * max(off, 0.0015)
 
 
-def test_stripes_that_turn_once_across_a_line_do_not_look_parallel_to_it():
+def test_oblique_stripes_are_excluded():
     """From side to side of it, the phase of a period of 5.4 px seems to stand still."""
     found, within = seen(2.2, 4, cells=36, noise=1.0, size=(240, 180))
     assert not any(own.ripple.steps for own in found.response)
     assert within[1] > 0.95
 
 
-def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
+def test_blur_is_not_an_s_curve():
     """Of four steps, whose coarsest bit it leaves as it is. What is not known of it is
     a part of what it takes: the variance of the blur by half the slope's square."""
     psi = np.linspace(0, 40, 600) + np.linspace(0, 4, 40)[:, None]
@@ -257,7 +257,7 @@ def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
     assert found == pytest.approx(due / np.sqrt(2) / (2 * np.pi), rel=0.02)
 
 
-def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
+def test_fit_covariance_propagates_to_phases():
     """Drawn from their covariance, at places all over the image and all phases."""
     rng, used = np.random.default_rng(6), np.array([0, 1, 4, 6, 7])
     root = 1e-3 * rng.normal(size=(5, 5))
@@ -272,7 +272,7 @@ def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.5])
-def test_pieces_that_contradict_each_other_know_less(apart):
+def test_inconsistent_pieces_increase_covariance(apart):
     """Their numbers scatter by so much beside their noise of 1."""
     rng, usual = np.random.default_rng(7), np.full(2, 1e3)
     slopes, weights = rng.normal(size=(40, 32, 2)), np.ones(40)
@@ -289,7 +289,7 @@ def test_pieces_that_contradict_each_other_know_less(apart):
     )
 
 
-def test_what_pieces_keep_of_ripples_is_told_where_it_is_beyond_their_noise():
+def test_residual_ripple_above_noise_is_measured():
     rng = np.random.default_rng(5)
     phase = rng.uniform(0, 2 * np.pi, (2000, 1)) + np.pi / 4 * np.arange(32)
     slopes = np.stack([np.sin(phase), np.cos(phase)], axis=2)

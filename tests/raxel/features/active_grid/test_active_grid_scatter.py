@@ -40,7 +40,7 @@ def shared(rng, shape):
 
 @pytest.mark.parametrize("count", [4, 5, 6, 8])
 @pytest.mark.parametrize(("noise", "of_windows"), [(white, 1.0), (shared, 7.0)])
-def test_a_window_says_what_its_pixels_share(count, noise, of_windows):
+def test_window_scatter_measures_correlated_noise(count, noise, of_windows):
     light, harmonics = windows_of_sines(count, noise, np.ones(count))
     found = step_scatter(light, harmonics, np.full(light.shape[1], 4.0))
     assert found.of_windows == pytest.approx(of_windows, rel=0.3)
@@ -49,7 +49,7 @@ def test_a_window_says_what_its_pixels_share(count, noise, of_windows):
 
 
 @pytest.mark.parametrize("count", [4, 5, 6, 8])
-def test_the_light_of_each_step_is_found(count):
+def test_drift_of_each_step_is_estimated(count):
     gains = 1 + np.linspace(-0.02, 0.03, count)
     light, harmonics = windows_of_sines(count, white, gains)
     found = step_scatter(light, harmonics, np.full(light.shape[1], 4.0))
@@ -67,7 +67,7 @@ def compressed(image):
 
 @pytest.mark.parametrize("steps", [4, 6])
 @pytest.mark.parametrize("what", ["jpeg", "drift"])
-def test_sigma_is_widened_by_it(steps, what):
+def test_sigma_includes_correlated_noise_and_drift(steps, what):
     one = drawn(**SCENE, steps=steps, noise=2.0, seed=steps)
     if what == "jpeg":
         images = np.array([compressed(image) for image in one.images])
@@ -91,7 +91,7 @@ def test_sigma_is_widened_by_it(steps, what):
     assert np.nanmean(as_stated < 1) < 0.55
 
 
-def test_each_axis_is_widened_by_its_own_factor():
+def test_noise_factor_is_per_axis():
     """On a plane, where sigma holds nothing but noise; pixels keep their places."""
     one = drawn(noise=3.0, tilt=0.0, vignetting=0.0)
     how = {"linear": True, "blur_px": 0.0, "smooth": False}
@@ -101,7 +101,7 @@ def test_each_axis_is_widened_by_its_own_factor():
     np.testing.assert_allclose(np.median(times, axis=0), [2, 3], rtol=1e-3)
 
 
-def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share():
+def test_s_curve_is_not_correlated_noise():
     """A tilted monitor: its harmonics are finer, and weaker, on one side."""
     one = drawn(**SCENE | {"blur": 0.0}, steps=5, tilt=0.4)
     light = np.tanh(2.5 * ((one.images / 255.0 - 0.1) / 0.7 - 0.5))
@@ -116,7 +116,7 @@ def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share
     )
 
 
-def test_white_noise_widens_nothing():
+def test_white_noise_does_not_change_sigma():
     for steps in (4, 5, 6):
         one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)
         found = decode(one.images, one.patterns, one.grid)

@@ -27,7 +27,7 @@ def lit():
     return mask
 
 
-def test_specks_and_the_rim_of_the_lit_area_are_left_out():
+def test_isolated_pixels_and_border_are_excluded():
     noisy = lit()
     noisy[::6, 80::4] = True
     found, share = without_isolated_pixels(decoded(noisy, noisy & ~lit()))
@@ -43,7 +43,7 @@ def test_specks_and_the_rim_of_the_lit_area_are_left_out():
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-def test_a_speck_is_faint_along_either_axis(axis):
+def test_isolated_pixel_is_faint_along_any_axis(axis):
     noisy = lit()
     noisy[::6, 80::4] = True
     before = decoded(noisy)
@@ -53,7 +53,7 @@ def test_a_speck_is_faint_along_either_axis(axis):
     assert not found.mask[:, 80:].any()
 
 
-def test_facets_and_a_few_specks_stay_as_they_are():
+def test_facets_and_few_isolated_pixels_are_kept():
     mask = lit()
     mask[::30, 80::30] = True
     mask[50:57, 100:107] = True

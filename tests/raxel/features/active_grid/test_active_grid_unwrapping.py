@@ -43,7 +43,7 @@ def told(one, patterns=None, images=None):
     ("periods", "steps"),
     [((8, 9), 4), ((1, 12), 3), ((5.3, 8.7), 5), ((1, 4, 20), 4), ((12.5, 0.9), 4)],
 )
-def test_places_are_right_and_sigma_holds(periods, steps):
+def test_unwrapped_positions_match_sigma(periods, steps):
     one = scene(periods, steps, noise=4.0)
     found = decode(one.images, one.patterns, one.grid)
     on = np.isfinite(one.true[..., 0])
@@ -56,7 +56,7 @@ def test_places_are_right_and_sigma_holds(periods, steps):
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_no_period_is_wrong_at_a_jump_or_a_border(smooth):
+def test_periods_are_correct_at_jumps_and_borders(smooth):
     one = scene((8, 9), place=facets)
     found = decode(one.images, one.patterns, one.grid, smooth=smooth)
     off = np.abs((found.location - one.true)[found.mask])
@@ -64,7 +64,7 @@ def test_no_period_is_wrong_at_a_jump_or_a_border(smooth):
     assert np.nanmax(off) < 3.0  # mm; a period is 33 mm
 
 
-def test_what_noise_could_mistake_is_not_decoded():
+def test_ambiguous_periods_are_not_decoded():
     """The chance of a wrong period is below one in a million, or there is no place."""
     one = scene((11, 12), noise=9.0, vignetting=1.9)
     found = decode(one.images, one.patterns, one.grid, smooth=False, margin_px=0)
@@ -74,7 +74,7 @@ def test_what_noise_could_mistake_is_not_decoded():
     assert np.nanmax(off, initial=0) < 12
 
 
-def test_the_beat_must_be_longer_than_the_monitor():
+def test_beat_period_must_exceed_monitor():
     patterns = sines((8, 10))
     with pytest.raises(InputError) as fault:
         read_coding(patterns, (200, 144))
@@ -111,7 +111,7 @@ def steps_of(axis, periods, count):
         ((1, 16), 2.0, {}, steps_of("x", 1, 4), steps_of("x", 16, 4)),
     ],
 )
-def test_sines_that_do_not_determine_their_period(periods, noise, wrong, names, others):
+def test_undetermined_periods_are_reported(periods, noise, wrong, names, others):
     """By noise, a wrong length or offset, or images in each other's place."""
     one = scene(periods, noise=noise)
     patterns = [replace(p, **wrong) if p.periods == 8 else p for p in one.patterns]
@@ -125,7 +125,7 @@ def test_sines_that_do_not_determine_their_period(periods, noise, wrong, names, 
 
 
 @pytest.mark.parametrize("offset", [0.05, -1 / 12])
-def test_a_small_offset_of_all_sines_is_measured(offset):
+def test_common_offset_is_measured(offset):
     """It passed as sines that a response spoils, and shifted all places."""
     one = drawn(patterns=sines((8, 9), 6, offset), noise=2.0, **USUAL)
     begun_at_0 = [replace(pattern, offset=0.0) for pattern in one.patterns]
@@ -137,14 +137,14 @@ def test_a_small_offset_of_all_sines_is_measured(offset):
         assert given == pytest.approx(offset % 1, abs=0.002)
 
 
-def test_sines_of_four_pixels_raise_no_doubt():
+def test_fine_sines_give_no_diagnostic():
     """Of windows that hold a period and a half the mean is turned round."""
     one = scene((1, 6, 40), 4, size=(200, 150), blur=0.4)
     assert not any(diagnostic.invalidates for diagnostic in told(one))
 
 
 @pytest.mark.parametrize("periods", [(8, 9), (3, 20), (1, 5, 14)])
-def test_what_a_place_leaves_of_sines_is_their_noise_less_a_place(periods):
+def test_misfit_has_expected_degrees_of_freedom(periods):
     """Sums of squares in variances, of sines of unlike noise: one for each but one."""
     rng, periods = np.random.default_rng(8), np.float32(periods)
     sd = 0.002 * np.arange(1, len(periods) + 1)[::-1, None, None]
@@ -159,7 +159,7 @@ def test_what_a_place_leaves_of_sines_is_their_noise_less_a_place(periods):
     np.testing.assert_allclose(found.place / periods[0], place, atol=0.03)
 
 
-def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():
+def test_window_phase_variance_is_49_times_smaller():
     """Variances of phases by propagation: 2 / N of a grey value's, over amplitude^2."""
     shift = 2 * np.pi * np.arange(4) / 4
     images = [np.full((20, 30), 100 + 40 * np.sin(1.2 + s), np.float32) for s in shift]
@@ -171,7 +171,7 @@ def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():
         np.testing.assert_allclose(phases.turns, 1.2 / (2 * np.pi), rtol=1e-5)
 
 
-def test_a_pixel_and_its_window_agree_across_the_end_of_a_period():
+def test_phase_comparison_wraps_around():
     """Its own phase is just before it, or far off what its window sees."""
     periods = np.float32([8, 9])
     of_window = np.array([[3.004, 5.5, 5.5]])

@@ -19,7 +19,7 @@ MISSING = rendering.rendering_missing()
 has_pyvista = pytest.mark.skipif("pyvista" in MISSING, reason=MISSING)
 
 
-def test_the_peak_of_a_camera_stands_above_the_upper_side_of_its_picture():
+def test_camera_symbol_marks_upper_side():
     K = [[100.0, 0, 49.5], [0, 100, 29.5], [0, 0, 1]]
     y = finite_points(frustum(PerspectiveCamera(K, [], 100, 60), 10.0))[:, 1]
     # Up is negative y: a quarter of the image's height above it, and nothing below.
@@ -27,7 +27,7 @@ def test_the_peak_of_a_camera_stands_above_the_upper_side_of_its_picture():
     assert y.min() == pytest.approx(-1.5 * y.max())
 
 
-def test_targets_are_seen_from_where_most_of_them_show_their_fronts():
+def test_view_direction_shows_most_fronts():
     """Fronts look along negative z of the target, against the sight."""
     ahead, back = np.eye(4), pose(rotation_from_vector([0.0, np.pi, 0.0]), [0, 0, 0])
     left = pose(rotation_from_vector([0.0, -np.pi / 2, 0.0]), [0, 0, 0])
@@ -36,7 +36,7 @@ def test_targets_are_seen_from_where_most_of_them_show_their_fronts():
     assert facing_sight(np.stack([ahead, left]))[0] < 0
 
 
-def test_a_name_stands_above_the_middle_of_what_it_names():
+def test_label_is_above_centre():
     points = np.array([[0.0, -3, 10], [4, 5, 20], [1, 1, 11]])
     label = _name("mirror", points, 2.0)
     np.testing.assert_array_equal(label.points, [[2.0, -5.0, 15.0]])
@@ -51,11 +51,11 @@ def test_a_name_stands_above_the_middle_of_what_it_names():
         (2000.0, "pitches", "2000 pitches"),
     ],
 )
-def test_millimetres_alone_become_metres(length, unit, told):
+def test_long_lengths_are_in_metres(length, unit, told):
     assert _told(length, unit) == told
 
 
-def test_a_mark_of_the_legend_has_the_colour_of_its_part():
+def test_legend_uses_part_colours():
     ends = [[0.0, 0, 0]], [[1.0, 0, 0]]
     parts = [Segments(*ends, "#d55e00", "rays"), Points(ends[0], "#0072b2", "centre")]
     scene = Scene(parts, view_from=(0, 0, -5), look_at=(0, 0, 1))
@@ -67,7 +67,7 @@ def test_a_mark_of_the_legend_has_the_colour_of_its_part():
 
 
 @has_pyvista
-def test_the_head_of_an_arrow_is_at_its_end():
+def test_arrow_head_is_at_end():
     width = 0.5
     mesh = _arrows(np.array([[[0.0, 0, 0], [10, 0, 0]]]), width)
     points = np.asarray(mesh.points)
@@ -78,14 +78,14 @@ def test_the_head_of_an_arrow_is_at_its_end():
     assert points[:, 0].max() == pytest.approx(10)
 
 
-def test_a_rig_is_drawn_with_the_seed_asked_for(monkeypatch):
+def test_rig_scene_uses_seed(monkeypatch):
     monkeypatch.setattr("raxel.lab.load_rig", lambda path: SimpleNamespace(name="made"))
     monkeypatch.setattr("raxel.show.cameras.rig_scene", lambda rig, seed=0: seed)
     options = SimpleNamespace(what="made.yaml", camera=None, corners=None, seed=5)
     assert _scene(options, None, lambda line: None) == (5, "made: a rig")
 
 
-def test_a_legend_begins_another_row_where_it_would_leave_the_picture():
+def test_legend_wraps_rows():
     entries = 12 * [("name", "#d55e00", "x")]
     rows = _legend_rows(entries, 800)
     assert sum(map(len, rows)) == 12

@@ -29,7 +29,7 @@ def places(rig):
     return pixels, d, met, np.linalg.norm(met - MIDDLE, axis=1)
 
 
-def test_rays_of_the_ring_start_on_its_face_and_go_back(rig):
+def test_ring_rays_start_on_its_face(rig):
     camera = camera_in_platter(rig.camera, RING, T)
     pixels, d, met, apart = places(rig)
     rays = camera.rays(pixels)
@@ -43,7 +43,7 @@ def test_rays_of_the_ring_start_on_its_face_and_go_back(rig):
     np.testing.assert_allclose(rays.directions[inside], back, atol=1e-12)
 
 
-def test_the_ring_is_dark_and_the_plate_shows_in_its_hub(rig):
+def test_ring_is_dark_and_hub_shows_plate(rig):
     image = photograph(rig, RING, T, np.random.default_rng(0)).astype(float)
     # A radiance of 1 fills nine tenths of the sensor's range.
     image = image.ravel() / (0.9 * 255)
