@@ -86,7 +86,7 @@ REFERENCES = {
     "no counts": (lambda d: d.pop("columns"), "columns: give the number"),
     "NaN": (
         lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [float("nan"), 1]),
-        "NaN is no finite number",
+        "NaN is not a finite number",
     ),
     "no point": (
         lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [1]),
@@ -128,7 +128,7 @@ def found(name, count=35, columns=7, rows=5):
 
 CORNERS = {
     "another file": ("{}", "images: no list found"),
-    "cut off": ('{"images": [', "not usable JSON .*line 1"),
+    "truncated": ('{"images": [', "invalid JSON .*line 1"),
     "unknown image": (json.dumps({"images": [found("x.png")]}), r"images\[0\]\.file"),
     "image twice": (
         json.dumps({"images": [found("view0.png")] * 2}),
@@ -184,7 +184,7 @@ CORNERS = {
     ),
     "a key twice": (
         '{"images": [{"file": "view0.png", "found": true, "found": false}]}',
-        "key 'found' given twice in one object",
+        "key 'found' is repeated in one object",
     ),
     "another set": (
         json.dumps({"set": "elsewhere", "images": []}),
@@ -192,7 +192,7 @@ CORNERS = {
     ),
     "infinity": (
         '{"images": [{"file": "view0.png", "x": Infinity}]}',
-        "Infinity is no finite number",
+        "Infinity is not a finite number",
     ),
 }
 

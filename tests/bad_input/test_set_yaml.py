@@ -111,7 +111,7 @@ FAULTS = {
     "few rows": (setting("target", "rows", to=2), r"target\.rows: found 2; give"),
     "half known": (
         setting("target", "rows", to=None),
-        r"target\.rows: found null beside",
+        r"target\.rows: null, but the other count is known",
     ),
     "another target": (
         setting("target", "kind", to="circles"),
@@ -139,7 +139,7 @@ FAULTS = {
     ),
     "contour of no column": (
         contour("column 7", SQUARE[:1] * 5),
-        r"views\[1\]\.contours\.column 7: the board has columns 2 to 6",
+        r"views\[1\]\.contours\.column 7: not a column of the board; give 2 to 6",
     ),
     "short side": (
         contour("side 3", SQUARE[:1] * 5),
@@ -155,7 +155,7 @@ FAULTS = {
     ),
     "contour of an unknown board": (
         contour("side 2", SQUARE, size=(None, None)),
-        r"views\[1\]\.contours: found, but target\.columns is null",
+        r"views\[1\]\.contours: target\.columns is null",
     ),
     "missing image": (
         setting("views", 3, "image", to="veiw3.png"),
@@ -163,21 +163,21 @@ FAULTS = {
     ),
     "image outside": (
         setting("views", 0, "image", to="../secret.png"),
-        r"views\[0\]\.image: found '\.\./secret\.png'; name a file inside",
+        r"views\[0\]\.image: '\.\./secret\.png' is outside the set's folder",
     ),
     "absolute image": (
         setting("views", 0, "image", to="/etc/passwd"),
-        r"views\[0\]\.image: found '/etc/passwd'; name a file inside",
+        r"views\[0\]\.image: '/etc/passwd' is outside the set's folder",
     ),
     "drive in image": (
         setting("views", 0, "image", to="C:\\board.png"),
-        r"views\[0\]\.image: found .*; name a file inside",
+        r"views\[0\]\.image: .* is outside the set's folder",
     ),
     "truth outside": (setting("truth", to="../truth"), "truth: found '../truth'"),
     "missing reference": (setting("reference", to="no.json"), "reference: no file"),
     "folders as Windows writes them": (
         setting("views", 0, "image", to="sub\\view0.png"),
-        r"views\[0\]\.image: no file .*; add it or mend the name, with / between fold",
+        r"views\[0\]\.image: no file .*; add the file or correct the name, with / between fold",
     ),
     "line break in image": (
         setting("views", 0, "image", to="a\nb.png"),
@@ -185,7 +185,7 @@ FAULTS = {
     ),
     "image twice": (
         setting("views", 4, "image", to="view1.png"),
-        r"views\[4\]\.image: found 'view1\.png', which views\[1\] has already",
+        r"views\[4\]\.image: 'view1\.png' is the image of views\[1\] as well",
     ),
     "no patterns": (active_grid(), r"views\[0\]\.patterns: found a list of 0"),
     "no bit": (
@@ -194,7 +194,7 @@ FAULTS = {
     ),
     "bit beyond the code": (
         active_grid(GRAY, {**GRAY, **NEXT, "bit": 4}),
-        r"patterns\[1\]\.bit: found 4, but there are 4 \(0 to 3\)",
+        r"patterns\[1\]\.bit: 4 is not one of 0 to 3",
     ),
     "missing bit": (
         active_grid(GRAY, {**GRAY, **NEXT, "bit": 2}),
@@ -238,11 +238,11 @@ ALIASES = "a0: &a0 [1, 1]\n" + "".join(
 SYNTAX = {
     "unclosed list": ("raxel_set: 1\nname: [a\n", "line 3: "),
     "tab": ("raxel_set: 1\ntarget:\n\tkind: chessboard\n", "line 3: "),
-    "key twice": ("raxel_set: 1\nname: a\nname: b\n", "line 3: key 'name' given twice"),
-    "aliases upon aliases": (ALIASES, "aliases .* grow without bound"),
+    "key twice": ("raxel_set: 1\nname: a\nname: b\n", "line 3: key 'name' is repeated"),
+    "aliases upon aliases": (ALIASES, "aliases .* expand without bound"),
     "itself": ("a: &x [*x]\n", "Circular reference"),
-    "tag": ("raxel_set: !!python/name:os.system 1\n", "line 1: a tag"),
-    "number as key": ("1: 2\n", "line 1: a key must be a word in quotes"),
+    "tag": ("raxel_set: !!python/name:os.system 1\n", "line 1: tags"),
+    "number as key": ("1: 2\n", "line 1: a key must be a quoted word"),
     "two documents": ("raxel_set: 1\n---\nraxel_set: 1\n", "line 2: "),
     "empty": ("", "found null; give a mapping"),
     "text": ("chessboard", "found 'chessboard'; give a mapping"),
@@ -267,7 +267,7 @@ def test_a_set_yaml_that_is_no_text(broken, fails):
 
 
 def test_what_is_no_set(fails, tmp_path):
-    assert "no set.yaml in it; not an image set" in fails("check", tmp_path)
+    assert "not an image set .no set.yaml." in fails("check", tmp_path)
     assert "found nothing; give the folder" in fails("check", tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
     assert "found a file; give the folder" in fails("check", tmp_path / "file")

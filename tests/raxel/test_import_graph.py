@@ -32,8 +32,7 @@ ROOMS = (
     "cli",
     "__main__",
 )
-# The rooms inside packages of raxel, lowest first, and what each may import of its
-# package beside itself.
+# Subpackages of raxel, lowest first, and their permitted imports within the package.
 INNER_ROOMS = {
     "raxel.calibration": {
         "views": (),
@@ -54,7 +53,7 @@ INNER_ROOMS = {
     },
     "raxel.features.active_grid": {"checks": ("coding", "phase_unwrapping")},
 }
-# The modules beside them that may import their rooms; a package's own name may too.
+# Modules at their level that may import them, and the package itself.
 ABOVE_ROOMS = {
     "raxel.calibration": (),
     "raxel.cameras": ("registry", "io"),
@@ -70,7 +69,7 @@ SHARED = "chapters.shared"
 ROOT, MODULES, ARROWS = checkout()
 
 
-def told(arrows):
+def listed(arrows):
     return "\n".join(map(str, arrows))
 
 
@@ -192,13 +191,13 @@ def test_subpackages_are_listed_lowest_first():
 
 def test_imports_have_no_cycle():
     circle = circle_in(ARROWS)
-    assert not circle, f"a circle:\n{told(circle)}"
+    assert not circle, f"a circle:\n{listed(circle)}"
 
 
 @pytest.mark.parametrize("rule", RULES)
 def test_imports_respect_layers(rule):
     wrong = RULES[rule](ARROWS)
-    assert not wrong, f"{rule}:\n{told(wrong)}"
+    assert not wrong, f"{rule}:\n{listed(wrong)}"
 
 
 def written(root, files):

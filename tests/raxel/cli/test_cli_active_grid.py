@@ -179,9 +179,9 @@ def test_orders_that_cannot_be_carried_out(tmp_path, capsys):
     size = "--width", 64, "--height", 48
     out = tmp_path / "out"
     line = refused(capsys, "patterns", *size, "--cells", 13, "--out", out)
-    assert "cells: found 13 along y on 48 px" in line
+    assert "cells: 13 along y on 48 px" in line
     line = refused(capsys, "patterns", *size, "--steps", 2, "--out", out)
-    assert "steps: found 2" in line
+    assert "steps: 2 phase steps" in line
     assert not out.exists()
     data = yaml.safe_load((folder / "set.yaml").read_text())
     data["views"][0]["name"] = "../pose"

@@ -39,10 +39,10 @@ def test_pictures_exchanged(tmp_path, capsys, folder):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda i: i[:-1], "gray-y-01.png: found 160 x 119 px, but resolution in"),
+        (lambda i: i[:-1], "gray-y-01.png: 160 x 119 px differs from resolution"),
         (
             lambda i: i.astype(np.uint16) * 257,
-            "gray-y-01.png: found 16 bit, but 8 in gray-x-00.png; save all pictures",
+            "gray-y-01.png: 16 bit differs from 8 bit of gray-x-00.png; save all images",
         ),
     ],
 )
@@ -74,7 +74,7 @@ def test_a_colour_clipped_is_no_sine(tmp_path, capsys, folder):
         again(folder, pattern.image, coloured)
     out = tmp_path / "points"
     assert main(["decode", str(folder), "--out", str(out)]) == 0
-    assert "are overexposed and left out; expose less" in capsys.readouterr().out
+    assert "are excluded (overexposed); reduce the exposure" in capsys.readouterr().out
     with np.load(out / "pose.npz") as found:
         crest = cv2.imread(str(folder / "phase-x-0.png"))[..., 0] == 255
         assert not found["mask"][crest].any()

@@ -147,7 +147,7 @@ def test_a_set_survives_the_disk(tmp_path):
     ("change", "found"),
     [
         ({"marker_mm": 40}, "target.marker_mm: found 40"),
-        ({"columns": 17, "rows": 9}, "target.dictionary: found 4X4_50, which has 50"),
+        ({"columns": 17, "rows": 9}, "target.dictionary: 4X4_50 has 50"),
         ({"dictionary": "DICT_4X4_50"}, "target.dictionary: found 'DICT_4X4_50'"),
         ({"columns": None}, "target.columns: found null"),
     ],

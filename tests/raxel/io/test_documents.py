@@ -118,7 +118,7 @@ def test_did_you_mean_finds_close_name():
 def test_expensive_yaml_is_rejected(tmp_path):
     path = tmp_path / "long.yaml"
     path.write_text("a: b\n" * 1_000_000)
-    with pytest.raises(InputError, match=r"long\.yaml: found 5 MB, .* 1 MB at most"):
+    with pytest.raises(InputError, match=r"long\.yaml: file has 5 MB; .* at most 1 MB"):
         read_yaml(path)
     os.mkfifo(tmp_path / "pipe.yaml")
     with pytest.raises(InputError, match=r"pipe\.yaml: not a readable file"):
@@ -130,7 +130,7 @@ def test_ambiguous_yaml_is_rejected(tmp_path):
     path.write_text("taken: 2026-01-31\nsizes: [1, 2.5]\n")
     assert read_yaml(path) == {"taken": "2026-01-31", "sizes": [1, 2.5]}
     path.write_text("a: 1\nb: 2\na: 3\n")
-    twice = r"plain\.yaml: line 3: key 'a' given twice, first in line 1; correct"
+    twice = r"plain\.yaml: line 3: key 'a' is repeated, first in line 1; correct"
     with pytest.raises(InputError, match=twice):
         read_yaml(path)
 
@@ -140,7 +140,7 @@ def test_yaml_with_byte_names_is_strict(tmp_path):
     path.write_text(yaml.safe_dump({"image": "\udcff.png", "taken": "2026-01-31"}))
     assert read_yaml(path) == {"image": "\udcff.png", "taken": "2026-01-31"}
     path.write_text('image: "\\uDCFF.png"\nimage: b\n')
-    with pytest.raises(InputError, match="line 2: key 'image' given twice"):
+    with pytest.raises(InputError, match="line 2: key 'image' is repeated"):
         read_yaml(path)
 
 

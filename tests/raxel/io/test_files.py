@@ -58,7 +58,7 @@ def test_written_file_has_default_permissions(tmp_path):
 
 
 def test_missing_folder_is_reported(tmp_path):
-    with pytest.raises(InputError, match=r"x\.json: no folder .*none; make it first"):
+    with pytest.raises(InputError, match=r"x\.json: no folder .*none; create it first"):
         write_json(tmp_path / "none" / "x.json", {})
     with pytest.raises(InputError, match="this is a folder"):
         write_whole(tmp_path, "")
@@ -75,7 +75,7 @@ def test_json_with_byte_order_mark_is_read(tmp_path):
 def test_json_with_repeated_key_is_rejected(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"a\.json: .*key 'a' given twice in one"):
+    with pytest.raises(InputError, match=r"a\.json: .*key 'a' is repeated in one"):
         read_json(path)
 
 
@@ -86,9 +86,9 @@ def test_json_key_may_repeat_in_other_objects(tmp_path):
 
 
 def write_both(first, one, second, other):
-    with together() as place:
-        write_json(place(first), one)
-        write_json(place(second), other)
+    with together() as move:
+        write_json(move(first), one)
+        write_json(move(second), other)
 
 
 def test_results_are_moved_together(tmp_path):
@@ -98,9 +98,9 @@ def test_results_are_moved_together(tmp_path):
         write_both(first, {"new": 1}, second, {"new": np.inf})
     assert read_json(first) == {"old": 1}
     assert os.listdir(tmp_path) == ["first.json"]
-    with together() as place:
-        write_json(place(first), {"new": 1})
-        write_json(place(second), {"new": 2})
+    with together() as move:
+        write_json(move(first), {"new": 1})
+        write_json(move(second), {"new": 2})
         assert read_json(first) == {"old": 1}
     assert (read_json(first), read_json(second)) == ({"new": 1}, {"new": 2})
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]

@@ -1,4 +1,4 @@
-"""Boards as rigs photograph them: light, blemishes, windows, poses around a point."""
+"""Rendered boards of rigs: light, blemishes, windows, poses around a point."""
 
 from pathlib import Path
 
@@ -77,9 +77,9 @@ def test_mirror_points_cover_oblong_image():
     """No place of it is farther from one than the steps between them."""
     camera = bent(5.0)
     pixels = rng().uniform(0, [camera.width - 1, camera.height - 1], (500, 2))
-    places = camera.rays(pixels).origins
-    places = places[np.isfinite(places[:, 0])]
-    gaps = np.linalg.norm(places[:, None] - _mirror_points(camera), axis=2)
+    positions = camera.rays(pixels).origins
+    positions = positions[np.isfinite(positions[:, 0])]
+    gaps = np.linalg.norm(positions[:, None] - _mirror_points(camera), axis=2)
     step_px = (camera.width - 1) / (SIGHT_LINES - 1)
     # Half a raster's diagonal, longer on a mirror that leans, and more at the rim.
     assert gaps.min(axis=1).max() < 1.3 * step_px * 410 / 7600
@@ -115,10 +115,10 @@ def test_windowed_image_equals_part_of_image(tmp_path):
     np.testing.assert_allclose(
         part[inner:-inner, inner:-inner], whole[rows, columns], atol=5e-4
     )
-    apart = optics.apply(np.ones((10, 12)), window=Crop(3, 4, 12, 10, 160, 120))
+    distance = optics.apply(np.ones((10, 12)), window=Crop(3, 4, 12, 10, 160, 120))
     # Where fringes reach over its border a part repeats its outermost pixels.
     whole = optics.apply(np.ones((120, 160)))
-    np.testing.assert_allclose(apart, whole[4:14, 3:15], atol=1e-4)
+    np.testing.assert_allclose(distance, whole[4:14, 3:15], atol=1e-4)
 
 
 def test_board_window_is_tight(tmp_path):
@@ -128,17 +128,20 @@ def test_board_window_is_tight(tmp_path):
     scene = board_scene(rig.target, T, rig.border_mm, background=0.0)
     v, u = np.nonzero(laboratory.irradiance(scene, np.eye(4)))
     window = window_of(rig, T)
-    for low, size, seen in ((window.u, window.width, u), (window.v, window.height, v)):
-        assert 10 < seen.min() - low < 20
-        assert 10 < low + size - seen.max() < 20
+    for low, size, visible in (
+        (window.u, window.width, u),
+        (window.v, window.height, v),
+    ):
+        assert 10 < visible.min() - low < 20
+        assert 10 < low + size - visible.max() < 20
 
 
 def test_mirror_mask_equals_valid_rays():
     camera = load_rig(RIGS / "hyperboloidal.yaml").camera
-    seen = mirror_in_view(camera)
+    visible = mirror_in_view(camera)
     pixels = rng(1).integers(0, [camera.width, camera.height], (4000, 2))
     valid = camera.rays(pixels.astype(float)).valid
-    np.testing.assert_array_equal(seen[pixels[:, 1], pixels[:, 0]], valid)
+    np.testing.assert_array_equal(visible[pixels[:, 1], pixels[:, 0]], valid)
 
 
 def test_jpeg_keeps_colours_and_smooths_noise(tmp_path):
@@ -175,9 +178,11 @@ def test_invalid_light_and_poses_are_rejected(tmp_path, changes, message):
 @pytest.mark.parametrize("across", [True, False])
 def test_corner_spacing_is_checked_along_both_axes(across):
     steps = (9.0, 12.0) if across else (12.0, 9.0)
-    seen = np.stack(np.meshgrid(steps[0] * np.arange(5), steps[1] * np.arange(4)), -1)
-    assert Visibility(least_spacing_px=9.5)._spacing_fault(seen) == "too small"
-    assert not Visibility(least_spacing_px=8.5)._spacing_fault(seen)
+    visible = np.stack(
+        np.meshgrid(steps[0] * np.arange(5), steps[1] * np.arange(4)), -1
+    )
+    assert Visibility(least_spacing_px=9.5)._spacing_fault(visible) == "too small"
+    assert not Visibility(least_spacing_px=8.5)._spacing_fault(visible)
 
 
 def test_manual_setup_errors_have_stated_deviation():
@@ -186,19 +191,19 @@ def test_manual_setup_errors_have_stated_deviation():
     listed = ListedPoses(T[None], (None,), (False,), (), 1.0, 0.2)
     extent = np.array([500.0, 100.0]), np.array([200.0, 300.0])
     middle = np.array([[600.0, 250.0, 0.0]])
-    rng, moved, turned = np.random.default_rng(14), [], []
+    rng, moved, rotated = np.random.default_rng(14), [], []
     for _ in range(400):
         found = listed.draw(rng, 1, extent, lambda _: "")[0]
         moved.append((transform(found, middle) - transform(T, middle))[0])
-        turned.append(vector_from_rotation(found[:3, :3] @ T[:3, :3].T))
+        rotated.append(vector_from_rotation(found[:3, :3] @ T[:3, :3].T))
     # Of 400 draws a deviation is known to 3.5 %.
     np.testing.assert_allclose(np.std(moved, axis=0), 1.0, rtol=0.15)
-    np.testing.assert_allclose(np.std(turned, axis=0), 0.2, rtol=0.15)
+    np.testing.assert_allclose(np.std(rotated, axis=0), 0.2, rtol=0.15)
 
 
 def test_shadow_edge_is_gaussian():
     shadow = Shadow(np.array([3.0, -2.0]), 0.4, 40.0, 5.0)
     away = 40 + 5 * np.linspace(-2, 2, 9)
-    places = shadow.middle + away[:, None] * [0.6, 0.8]
+    positions = shadow.middle + away[:, None] * [0.6, 0.8]
     expected = 1 - 0.4 * norm.sf(np.linspace(-2, 2, 9))
-    np.testing.assert_allclose(shadow.passes(places), expected, rtol=1e-9)
+    np.testing.assert_allclose(shadow.passes(positions), expected, rtol=1e-9)

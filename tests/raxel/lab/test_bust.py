@@ -36,8 +36,8 @@ def test_rays_hit_bust_surface():
     front = hit.distance < distance - 0.5
     assert front.mean() < 0.2
     np.testing.assert_allclose(hit.distance[~front], distance[~front], atol=0.05)
-    places = hit.uv[~front] - np.array(BUST.size) / 2
-    np.testing.assert_allclose(places, points[~front, :2], atol=0.05)
+    positions = hit.uv[~front] - np.array(BUST.size) / 2
+    np.testing.assert_allclose(positions, points[~front, :2], atol=0.05)
 
 
 def test_axis_parallel_ray_hits_relief():
@@ -53,11 +53,11 @@ def test_axis_parallel_ray_hits_relief():
 
 def test_bust_eyes_have_contrast():
     _, texture = BUST.part(T)
-    places = np.array([[-0.24, -0.185], [0.24, -0.185], [0.0, -0.5]]) * 80
-    seen = texture.radiance(places + np.array(BUST.size) / 2, None)
-    assert seen.shape == (3, 3)
-    assert (seen[:2].mean(axis=1) < 0.1).all()
-    assert seen[2].mean() > 0.3
+    positions = np.array([[-0.24, -0.185], [0.24, -0.185], [0.0, -0.5]]) * 80
+    visible = texture.radiance(positions + np.array(BUST.size) / 2, None)
+    assert visible.shape == (3, 3)
+    assert (visible[:2].mean(axis=1) < 0.1).all()
+    assert visible[2].mean() > 0.3
     assert texture.array.max() <= 1
 
 

@@ -1,4 +1,4 @@
-"""A silvered ring beside a board: where it lies, what it shows, and its hub."""
+"""Flat mirror (ring) on a board: its position, reflection and hub."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,7 @@ import pytest
 from raxel.cameras import pixel_grid
 from raxel.geometry.poses import pose, transform
 from raxel.lab.mirror_set_rig import PLATTER_PLATE as PLATE
-from raxel.lab.mirror_set_rig import PlatterRing, camera_in_platter
-from raxel.lab.mirror_set_rig import render_plate as photograph
+from raxel.lab.mirror_set_rig import PlatterRing, camera_in_platter, render_plate
 from raxel.lab.rig import load_rig
 from tests.raxel.lab.test_rig import changed
 
@@ -21,7 +20,7 @@ def rig(tmp_path_factory):
     return load_rig(changed(tmp_path_factory.mktemp("rig") / "rig.yaml"))
 
 
-def places(rig):
+def positions(rig):
     """Of all pixels: how far from the ring's axis their rays meet its face, mm."""
     pixels = pixel_grid(rig.camera.width, rig.camera.height)
     d = rig.camera.rays(pixels).directions
@@ -31,11 +30,11 @@ def places(rig):
 
 def test_ring_rays_start_on_its_face(rig):
     camera = camera_in_platter(rig.camera, RING, T)
-    pixels, d, met, apart = places(rig)
+    pixels, d, met, distance = positions(rig)
     rays = camera.rays(pixels)
     # A polygon of 2 degrees a side lies within 0.003 mm of its circle.
-    inside = (apart > 6.01) & (apart < 15.99)
-    outside = ~((apart > 5.99) & (apart < 16.01))
+    inside = (distance > 6.01) & (distance < 15.99)
+    outside = ~((distance > 5.99) & (distance < 16.01))
     assert rays.valid[inside].all()
     assert not rays.valid[outside].any()
     np.testing.assert_allclose(rays.origins[inside], met[inside], atol=1e-9)
@@ -44,14 +43,14 @@ def test_ring_rays_start_on_its_face(rig):
 
 
 def test_ring_is_dark_and_hub_shows_plate(rig):
-    image = photograph(rig, RING, T, np.random.default_rng(0)).astype(float)
+    image = render_plate(rig, RING, T, np.random.default_rng(0)).astype(float)
     # A radiance of 1 fills nine tenths of the sensor's range.
     image = image.ravel() / (0.9 * 255)
-    apart = places(rig)[3]
-    assert image[apart < 4].mean() == pytest.approx(PLATE, rel=0.05)
-    assert image[(apart > 8) & (apart < 14)].mean() < 0.01
+    distance = positions(rig)[3]
+    assert image[distance < 4].mean() == pytest.approx(PLATE, rel=0.05)
+    assert image[(distance > 8) & (distance < 14)].mean() < 0.01
     # The plate is square, and lies 3 mm behind the ring's face.
     corner = transform(T, np.array([[75 - 18.0, 10 - 18.0, 0.0]]))
     u, v = np.rint(rig.camera.project(corner).pixels[0]).astype(int)
-    place = image.reshape(rig.camera.height, -1)[v - 1 : v + 2, u - 1 : u + 2]
-    assert place.mean() == pytest.approx(PLATE, rel=0.1)
+    position = image.reshape(rig.camera.height, -1)[v - 1 : v + 2, u - 1 : u + 2]
+    assert position.mean() == pytest.approx(PLATE, rel=0.1)

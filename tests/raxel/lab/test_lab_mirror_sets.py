@@ -83,12 +83,12 @@ def test_rendered_mirror_set_has_truth(rig, rendered):
 
 def test_image_noise_is_independent(rendered):
     # Where the mirror is not, all is dark: what differs there is noise alone.
-    beside = ~load_camera(rendered.folder / "truth/stage-0.npz").rays(
+    off_mirror = ~load_camera(rendered.folder / "truth/stage-0.npz").rays(
         pixel_grid(*rendered.size)
     ).valid.reshape(rendered.size[::-1])
     dark = [
-        read_image(seen, f"{where}/black.png")[beside].astype(float)
-        for seen in (rendered.grids, rendered.platter)
+        read_image(visible, f"{where}/black.png")[off_mirror].astype(float)
+        for visible in (rendered.grids, rendered.platter)
         for where in ("near", "far")
     ]
     alike = np.corrcoef(dark) - np.eye(len(dark))
@@ -113,12 +113,12 @@ def test_random_streams_are_distinct(rig, tmp_path, monkeypatch):
 def test_step_images_have_independent_noise(rig, tmp_path, monkeypatch):
     noises, specimens = [], []
 
-    def photograph(_, T, noise, specimen):
+    def rendered_board(_, T, noise, specimen):
         noises.append(noise.random(4))
         specimens.append(specimen.random(4))
         return np.zeros((96, 128), np.uint8)
 
-    monkeypatch.setattr(rendering, "render_board", photograph)
+    monkeypatch.setattr(rendering, "render_board", rendered_board)
     rendering._write_steps(rig, rig.cameras(3), tmp_path / "stages", 3, str)
     before, after = noises
     assert np.all(before != after)
@@ -155,7 +155,7 @@ def test_seed_and_level_determine_bytes(rig, rendered, tmp_path):
             (lambda one: one.plate, "near.png"),
         )
     )
-    # Beside the mirror all is dark; gamma lifts the noise there. Paper is as light.
+    # Around the mirror all is dark; gamma lifts the noise there. Paper is as light.
     assert black[1] > 1.5 * black[0]
     assert white[1] == pytest.approx(white[0], abs=8)
 
@@ -169,7 +169,7 @@ def test_calibration_does_not_read_truth(rendered, tmp_path):
 
 
 def changed(tmp_path, change):
-    """The clean rig's file beside those that it names, changed as data."""
+    """Write a changed copy of the clean rig next to the files that it names."""
     folder = tmp_path / "rigs" / "mirror-sets"
     shutil.copytree(RIGS.parent, folder.parent)
     path = folder / "clean.yaml"
@@ -179,7 +179,7 @@ def changed(tmp_path, change):
     return path
 
 
-def mended(name, **fields):
+def changed_rig(name, **fields):
     return lambda data: data[name].update(fields)
 
 
@@ -188,31 +188,40 @@ FAULTS = {
         lambda d: d.update(stagse=1),
         "stagse: unknown key; did you mean stag",
     ),
-    "one stage": (mended("stages", value=[[0]]), "stages.value: found a list of 1"),
-    "two loads": (
-        mended("stages", value=[[0, 0], [1, 2]]),
-        "stages: give 1 deflections for each stage, one for each load",
+    "one stage": (
+        changed_rig("stages", value=[[0]]),
+        "stages.value: found a list of 1",
     ),
-    "too far": (mended("stages", value=[[0], [140]]), "stages: field 'deflections'"),
-    "wrong unit": (mended("stages", unit="cm"), "stages.unit: found 'cm'; give mm"),
+    "two loads": (
+        changed_rig("stages", value=[[0, 0], [1, 2]]),
+        "stages: wrong number of deflections; give 1 for each stage",
+    ),
+    "too far": (
+        changed_rig("stages", value=[[0], [140]]),
+        "stages: field 'deflections'",
+    ),
+    "wrong unit": (
+        changed_rig("stages", unit="cm"),
+        "stages.unit: found 'cm'; give mm",
+    ),
     "no rig": (lambda d: d.update(steps="nowhere.yaml"), "nowhere.yaml: no such file"),
-    "no mirror": (lambda d: d.update(steps="viewer.yaml"), "steps: its camera is not"),
+    "no mirror": (lambda d: d.update(steps="viewer.yaml"), "steps: camera differs"),
     "another camera": (
         lambda d: d.update(viewer="../kodak-boards-small.yaml"),
-        "viewer: its camera is not the viewer of grids",
+        "viewer: camera differs from the viewer of grids",
     ),
     "a board for a grid": (
         lambda d: d.update(grids="steps.yaml"),
-        "grids: its target is a board",
+        "grids: target is not an active grid",
     ),
     "many poses": (lambda d: d.update(plate="viewer.yaml"), "plate: found 12 poses"),
     "a level twice": (
         lambda d: d["noise"].append(d["noise"][0]),
-        "noise: found a name twice",
+        "noise: a name is repeated",
     ),
     "all hub": (
         lambda d: d["platter"]["hub"].update(value=30),
-        "platter.hub: found no less than its radius",
+        "platter.hub: not below the radius",
     ),
 }
 
@@ -221,10 +230,10 @@ FAULTS = {
 def test_invalid_mirror_rig_is_rejected(name, tmp_path):
     change, fault = FAULTS[name]
     path = changed(tmp_path, change)
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as raised:
         load_mirror_set_rig(path)
-    assert fault in str(refused.value)
-    assert str(refused.value).isprintable()
+    assert fault in str(raised.value)
+    assert str(raised.value).isprintable()
 
 
 def test_invalid_render_options_are_rejected(rig, tmp_path, capsys, monkeypatch):

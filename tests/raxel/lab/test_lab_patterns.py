@@ -27,9 +27,9 @@ def shown(pattern, uv, response=None):
 @pytest.mark.parametrize(("axis", "of"), [("x", 6), ("x", 3), ("y", 4), ("y", 1)])
 def test_gray_code_numbers_cells(axis, of):
     size = 128 if axis == "x" else 96
-    place = np.random.default_rng(0).uniform(0, size, 2000)
-    uv = np.column_stack([place, 0 * place][:: 1 if axis == "x" else -1])
-    cell = np.floor(place / size * 2**of).astype(int)
+    position = np.random.default_rng(0).uniform(0, size, 2000)
+    uv = np.column_stack([position, 0 * position][:: 1 if axis == "x" else -1])
+    cell = np.floor(position / size * 2**of).astype(int)
     bits = [shown(gray(axis, bit, of), uv) for bit in range(of)]
     code = sum(bit * 2 ** (of - 1 - k) for k, bit in enumerate(bits)).astype(int)
     np.testing.assert_array_equal(code, cell ^ (cell >> 1))
@@ -38,13 +38,13 @@ def test_gray_code_numbers_cells(axis, of):
 
 
 def test_phase_steps_encode_position():
-    place = np.linspace(0, 128, 999, endpoint=False)
-    uv = np.column_stack([place, 0 * place])
+    position = np.linspace(0, 128, 999, endpoint=False)
+    uv = np.column_stack([position, 0 * position])
     steps = [
         shown(Pattern("", "x", "phase", 4, step=k, periods=8.0), uv) for k in range(4)
     ]
     phi = np.arctan2(steps[0] - steps[2], steps[1] - steps[3])
-    turns = (phi / (2 * np.pi) - place / 16) % 1
+    turns = (phi / (2 * np.pi) - position / 16) % 1
     np.testing.assert_allclose(np.minimum(turns, 1 - turns), 0, atol=1e-9)
     assert min(s.min() for s in steps) >= 0
     assert max(s.max() for s in steps) <= 1

@@ -43,7 +43,7 @@ def leaf(value, unit):
 
 def small_rig(**target):
     """Plain data of a webcam before a monitor with 8 x 8 cells and 7 x 7 corners."""
-    place = {"translation": leaf([-60, -60, 210], "mm")}
+    position = {"translation": leaf([-60, -60, 210], "mm")}
     return {
         "raxel_rig": 1,
         "name": "small-monitor",
@@ -74,8 +74,8 @@ def small_rig(**target):
             "least_spacing": leaf(0, "px"),
             "whole": False,
             "list": [
-                {**place, "name": "near", "rotation": leaf([0, 20, 0], "deg")},
-                {**place, "patterns_only": True, "rotation": leaf([0, 0, 0], "deg")},
+                {**position, "name": "near", "rotation": leaf([0, 20, 0], "deg")},
+                {**position, "patterns_only": True, "rotation": leaf([0, 0, 0], "deg")},
             ],
         },
     }
@@ -98,7 +98,7 @@ def rig_of(tmp_path, data):
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
 def test_fast_pattern_shading_matches_renderer(tmp_path, turn):
-    """Every pixel: inside, across edges of the code, at the rim, beside the monitor."""
+    """Pixels inside, across edges of the code, at the border, outside the monitor."""
     rig = rig_of(tmp_path, small_rig(**CELLS))
     T = pose(rotation_from_vector([0.2, turn, 0.1]), [-55, -62, 150])
     sight = MonitorSight(rig, T)
@@ -119,11 +119,11 @@ def test_monitor_truth_matches_camera_rays(name):
     camera, size = EVERY[name][0], np.array([150.0, 110.0])
     rays = camera.rays(pixel_grid(camera.width, camera.height))
     middle = np.flatnonzero(rays.valid)[np.count_nonzero(rays.valid) // 3]
-    ahead = rays.directions[middle]
-    across = np.cross([0.3, 1.0, 0.2], ahead)
+    stage = rays.directions[middle]
+    across = np.cross([0.3, 1.0, 0.2], stage)
     across /= np.linalg.norm(across)
-    R = np.column_stack([across, np.cross(ahead, across), ahead])
-    T = pose(R, rays.origins[middle] + 200 * ahead - R @ [*(size / 2), 0])
+    R = np.column_stack([across, np.cross(stage, across), stage])
+    T = pose(R, rays.origins[middle] + 200 * stage - R @ [*(size / 2), 0])
     met, _, forward = intersect_rays_plane(rays.origins, rays.directions, T)
     on = forward & (rays.directions @ T[:3, 2] > 0)
     on &= ((met >= 0) & (met <= size)).all(axis=1)
@@ -148,8 +148,8 @@ def test_chessboard_and_patterns_share_pose(tmp_path):
     poses = read_json(tmp_path / "set" / "truth" / "poses.json")["T_camera_target"]
     points = rendered.target.chessboard_points()
     np.testing.assert_allclose(points[[0, -1]], [[15, 15], [105, 105]])
-    seen = camera.project(transform(np.array(poses["near"]), on_plane(points)))
-    np.testing.assert_allclose(true, seen.pixels, atol=1e-9)
+    visible = camera.project(transform(np.array(poses["near"]), on_plane(points)))
+    np.testing.assert_allclose(true, visible.pixels, atol=1e-9)
     board = read_image(rendered, view.chessboard)
     found = saddle_point(board, true + 0.7, window=9, blur_sd=1.0)
     assert found.converged.all()
@@ -167,7 +167,7 @@ def test_chessboard_and_patterns_share_pose(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"cells": leaf([80, 8], "1")}, "target: cells: found 80 "),
+        ({"cells": leaf([80, 8], "1")}, "target: cells: 80 "),
         ({**CELLS, "gray_bits": leaf([3, 3], "1")}, "gray_bits: "),
         (
             {**CELLS, "chessboard": BOARD | {"origin": leaf([10, 20], "px")}},
@@ -176,9 +176,9 @@ def test_chessboard_and_patterns_share_pose(tmp_path):
     ],
 )
 def test_invalid_monitor_targets_are_rejected(tmp_path, change, message):
-    with pytest.raises(InputError, match=message) as told:
+    with pytest.raises(InputError, match=message) as messages:
         rig_of(tmp_path, small_rig(**change))
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(messages.value)
 
 
 def test_monitor_chessboard_set_round_trips(tmp_path):

@@ -12,9 +12,9 @@ from raxel.lab.textures import LUMINANCE
 def edge(height, width, at, slope):
     """Exact coverage of pixels right of the line u = at + slope v (averaged in v)."""
     v = np.arange(height)[:, None] + np.linspace(-0.5, 0.5, 101)
-    place = (at + slope * v)[:, None, :]
+    position = (at + slope * v)[:, None, :]
     u = np.arange(width)[:, None]
-    return np.clip(u + 0.5 - place, 0, 1).mean(axis=-1).astype(np.float32)
+    return np.clip(u + 0.5 - position, 0, 1).mean(axis=-1).astype(np.float32)
 
 
 def box_erf(x, sd):
@@ -33,10 +33,10 @@ def test_blurred_edge_is_error_function(sd, most):
     inner = slice(40, 81)
     v, u = np.mgrid[inner, :width]
     across = (u - (at + slope * v)) / np.hypot(1, slope)
-    off = blurred[inner].ravel() - box_erf(across.ravel(), sd)
+    error = blurred[inner].ravel() - box_erf(across.ravel(), sd)
     # A pixel keeps the share of an edge inside it, but not its place there: the edge
     # comes out a little narrower or wider than the truth, which fades as blur grows.
-    assert np.abs(off).max() < most
+    assert np.abs(error).max() < most
 
 
 @pytest.mark.parametrize("sd", [0.3, 0.6, 1.7])
@@ -54,13 +54,13 @@ def test_blur_grows_with_squared_radius():
     size = 241
     half_diagonal = np.hypot(size, size) / 2
     away = np.arange(size)
-    for place in (120, 160, 200, 225):
+    for position in (120, 160, 200, 225):
         point = np.zeros((size, size), np.float32)
-        point[place, place] = 1
+        point[position, position] = 1
         spread = optics.apply(point)
         across = spread.sum(axis=0)
         mean = away @ across / across.sum()
-        share = 2 * (place - 120) ** 2 / half_diagonal**2
+        share = 2 * (position - 120) ** 2 / half_diagonal**2
         expected = 0.36 + (1.96 - 0.36) * share
         variance = (away - mean) ** 2 @ across / across.sum()
         # Each pixel gathers with its own width: a point's spread is a little uneven.
@@ -93,10 +93,10 @@ def test_chromatic_scales_shift_colours():
     image = np.repeat(
         gaussian_blur(edge(size, size, 350.0, 0.0), 0.5)[..., None], 3, axis=-1
     )
-    seen = Optics(chromatic_scale=scales).apply(image)
-    places = size - 0.5 - seen[200].astype(float).sum(axis=0)
+    image_of = Optics(chromatic_scale=scales).apply(image)
+    positions = size - 0.5 - image_of[200].astype(float).sum(axis=0)
     expected = 200 + (350 - 200) * np.array(scales) / (LUMINANCE @ scales)
-    np.testing.assert_allclose(places, expected, atol=2e-3)
+    np.testing.assert_allclose(positions, expected, atol=2e-3)
 
 
 def test_magnified_smooth_image_is_exact():

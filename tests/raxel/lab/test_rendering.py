@@ -47,8 +47,8 @@ def test_every_camera_kind_renders():
 @pytest.mark.parametrize("name", EVERY)
 def test_rendered_corners_match_projections(name):
     """Far within the 0.02 px asked for: the fit itself leaves a few thousandths."""
-    camera, places = EVERY[name]
-    for middle in places:
+    camera, positions = EVERY[name]
+    for middle in positions:
         board, T = board_before(camera, middle)
         image = render(camera, HERE, board_scene(board, T))
         corners = np.column_stack([board.points(), np.zeros(len(board.points()))])
@@ -153,8 +153,8 @@ def test_pixels_without_ray_are_black():
 
 
 def test_row_blocks_do_not_change_image(monkeypatch):
-    camera, places = EVERY["stereographic"]
-    board, T = board_before(camera, places[0])
+    camera, positions = EVERY["stereographic"]
+    board, T = board_before(camera, positions[0])
     scene = board_scene(board, T)
     whole = render(camera, HERE, scene)
     module = importlib.import_module("raxel.lab.rendering")
@@ -169,8 +169,8 @@ def test_visible_share_of_surface():
     most = Rectangle(T, 100, 100, (-50, 1.5))
     assert visible_share(ORTHO, HERE, most) == 0.8
     assert visible_share(ORTHO, HERE, half) == 0.5
-    behind = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
-    assert visible_share(ORTHO, HERE, behind) == 0
+    back = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
+    assert visible_share(ORTHO, HERE, back) == 0
 
 
 def test_image_exceeding_memory_is_rejected():
@@ -182,8 +182,8 @@ def test_image_exceeding_memory_is_rejected():
 
 
 def test_renderings_are_independent():
-    camera, places = EVERY["equidistance"]
-    board, T = board_before(camera, places[0])
+    camera, positions = EVERY["equidistance"]
+    board, T = board_before(camera, positions[0])
     scene = board_scene(board, T)
     optics = Optics(blur_sd_px=(0.5, 1.0), chromatic_scale=(1.002, 1, 0.998))
     one = Laboratory(camera, Sensor(1e4, 1.2e4), optics)
@@ -204,8 +204,8 @@ def test_grid_cells_match_binary_search():
         )
         uv = np.append(uv, [[texture.lines[0][1], texture.lines[1][2]]], axis=0)
         column, row = (
-            np.searchsorted(lines, place, side="right")
-            for lines, place in zip(texture.lines, uv.T, strict=True)
+            np.searchsorted(lines, position, side="right")
+            for lines, position in zip(texture.lines, uv.T, strict=True)
         )
         known = np.isfinite(uv).all(axis=1)
         cells = row * (len(texture.lines[0]) + 1) + column
@@ -218,8 +218,8 @@ class Bent:
     scene = TexturedScene((), 0.0)
 
     def look(self, pixels):
-        none = np.zeros(len(pixels))
-        return Sight(none.astype(np.int16), pixels**2, none + 1)
+        no_rays = np.zeros(len(pixels))
+        return Sight(no_rays.astype(np.int16), pixels**2, no_rays + 1)
 
 
 class Middle(Texture):

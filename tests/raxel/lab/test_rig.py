@@ -134,13 +134,13 @@ def test_poses_respect_ranges_and_seed(tmp_path):
 
 def test_out_of_view_poses_are_rejected(tmp_path):
     rig = load_rig(changed(tmp_path / "rig.yaml"))
-    ahead = pose(np.eye(3), [-15, -10, 120])
-    assert rig.shows(ahead)
+    front = pose(np.eye(3), [-15, -10, 120])
+    assert rig.shows(front)
     assert not rig.shows(pose(np.eye(3), [90, -10, 120]))
     assert not rig.shows(pose(np.eye(3), [-15, -10, -120]))
     assert not rig.shows(pose(np.eye(3), [-15, -10, 900]))
-    behind = rotation_from_vector(np.array([0, np.pi, 0]))
-    assert not rig.shows(pose(behind, [15, -10, 120]))
+    back = rotation_from_vector(np.array([0, np.pi, 0]))
+    assert not rig.shows(pose(back, [15, -10, 120]))
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -148,7 +148,7 @@ def test_out_of_view_poses_are_rejected(tmp_path):
 def test_margin_applies_to_all_borders(axis, sign):
     """Of an image of 160 x 120 px that a lens of 100 px a radian looks at squarely."""
     lens = FisheyeCamera("equidistance", 100, [79.5, 59.5], 160, 120)
-    seen = Visibility(margin_px=10.0)
+    visible = Visibility(margin_px=10.0)
     outline = outline_of([-10, -10], [20, 20])
     lattice = np.stack(np.meshgrid([-5, 0, 5], [-5, 0, 5]), axis=-1)
 
@@ -156,7 +156,7 @@ def test_margin_applies_to_all_borders(axis, sign):
         shift = np.zeros(3)
         edge = 120 * np.tan(((80, 60)[axis] - distance_px) / 100)
         shift[axis], shift[2] = sign * (edge - 10), 120
-        return seen.fault(lens, pose(np.eye(3), shift), outline, lattice)
+        return visible.fault(lens, pose(np.eye(3), shift), outline, lattice)
 
     assert fault(11) == ""
     assert fault(9) == "too near the image's border"
@@ -238,7 +238,7 @@ BAD = {
                 "value": leaf([0, 1], "1"),
             },
         },
-        "sensor.response: found beside gamma",
+        "sensor.response: redundant with gamma",
     ),
     "falloff": (
         {

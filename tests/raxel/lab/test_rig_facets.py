@@ -85,11 +85,11 @@ def test_invalid_ball_is_rejected(tmp_path, field, entry, words):
 
 def test_facet_camera_requires_visible_monitor(tmp_path):
     rig = load_rig(mirror_ball(tmp_path / "ball.yaml"))
-    seen = pose(rotation_from_vector(np.array([0, np.pi, 0])), [80, -60, -20])
-    assert rig.shows(seen)
+    visible = pose(rotation_from_vector(np.array([0, np.pi, 0])), [80, -60, -20])
+    assert rig.shows(visible)
     assert not rig.shows(pose(np.eye(3), [-80, -60, 400]))
-    from_behind = pose(np.eye(3), [-80, -60, -20])
-    assert not rig.shows(from_behind)
+    from_back = pose(np.eye(3), [-80, -60, -20])
+    assert not rig.shows(from_back)
 
 
 def test_chessboard_with_facets_is_rejected(tmp_path):

@@ -1,4 +1,4 @@
-"""Rigs with absurd numbers: refused when they are read, with file and field."""
+"""Rigs with impossible numbers are rejected, with file and field."""
 
 import numpy as np
 import pytest

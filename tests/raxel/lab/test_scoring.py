@@ -70,9 +70,9 @@ def test_true_corners_have_zero_error_in_every_symmetry(board_set, order):
 
 def test_exchanged_counts_are_same_board(board_set):
     first, *others = true_boards(board_set)
-    turned = with_corners(first, lambda lattice: lattice.transpose(1, 0, 2))
-    detection = turned.detection._replace(columns=3, rows=4)
-    scored = score_corners(board_set, [turned._replace(detection=detection), *others])
+    rotated = with_corners(first, lambda lattice: lattice.transpose(1, 0, 2))
+    detection = rotated.detection._replace(columns=3, rows=4)
+    scored = score_corners(board_set, [rotated._replace(detection=detection), *others])
     assert scored["right"] == 3
     assert scored["max_px"] == 0
 
@@ -171,12 +171,12 @@ def test_mirror_directions_start_at_its_centre(board_set, tmp_path):
     shape = true.height, true.width
     camera = GeneralCamera(noisy.reshape(*shape, 3), rays.valid.reshape(shape))
     scored = score_camera(load_set(tmp_path / "set"), camera)
-    seen = camera.rays(pixels).directions[rays.valid]
-    turn, _ = Rotation.align_vectors(directions[rays.valid], seen)
-    back = true.project(true.centre + 1e7 * turn.apply(seen))
-    apart = np.linalg.norm(back.pixels - pixels[rays.valid], axis=1)[back.valid]
-    assert scored["rms_px"] == pytest.approx(np.sqrt(np.mean(apart**2)), rel=1e-4)
-    assert scored["max_px"] == pytest.approx(apart.max(), rel=1e-4)
+    detected = camera.rays(pixels).directions[rays.valid]
+    turn, _ = Rotation.align_vectors(directions[rays.valid], detected)
+    back = true.project(true.centre + 1e7 * turn.apply(detected))
+    distance = np.linalg.norm(back.pixels - pixels[rays.valid], axis=1)[back.valid]
+    assert scored["rms_px"] == pytest.approx(np.sqrt(np.mean(distance**2)), rel=1e-4)
+    assert scored["max_px"] == pytest.approx(distance.max(), rel=1e-4)
 
 
 def test_truth_with_missing_corner_is_rejected(board_set, tmp_path):
@@ -186,8 +186,8 @@ def test_truth_with_missing_corner_is_rejected(board_set, tmp_path):
     first = next(iter(truth["images"]))
     truth["images"][first]["corners"] = [None] * 12
     path.write_text(json.dumps(truth))
-    told = f"images.{first}.corners: "
-    with pytest.raises(InputError, match=told) as fault:
+    found = f"images.{first}.corners: "
+    with pytest.raises(InputError, match=found) as fault:
         score_corners(load_set(tmp_path / "set"), true_boards(board_set))
     assert "\n" not in str(fault.value)
 

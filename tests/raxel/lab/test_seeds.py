@@ -76,6 +76,6 @@ def test_monitor_noise_differs_by_pose_pattern_and_seed(rendered, tmp_path):
     rig = load_rig(changed(tmp_path / "fine.yaml", poses=TWICE, **fine))
     T = rig.draw_poses(np.random.default_rng(0), 1)[0]
     images = [image for _, image in render_patterns(rig, T, [0, 1, 0])]
-    # The first rows show the room beside the monitor, alike but for their noise.
+    # The first rows show the room around the monitor, equal except for noise.
     rows = np.array(images, int)[:, :10].reshape(len(images), -1)
     assert np.abs(np.corrcoef(rows) - np.eye(len(rows))).max() < 0.1

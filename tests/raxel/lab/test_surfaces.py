@@ -24,18 +24,18 @@ def random_rays(seed=0, count=4000, spread=150.0):
 def met_points(surface, origins, directions):
     """(hit, which rays hit, where they do in the surface's frame)."""
     hit = surface.hit(origins, directions)
-    seen = np.isfinite(hit.distance)
-    assert 0.05 < seen.mean() < 0.95
-    points = (origins + hit.distance[:, None] * directions)[seen]
-    return hit, seen, transform(inverse_pose(T), points)
+    visible = np.isfinite(hit.distance)
+    assert 0.05 < visible.mean() < 0.95
+    points = (origins + hit.distance[:, None] * directions)[visible]
+    return hit, visible, transform(inverse_pose(T), points)
 
 
 def test_rectangle_hits_from_both_sides():
     rectangle = Rectangle(T, 40, 30, (-10, -20))
     origins, directions = random_rays()
-    hit, seen, points = met_points(rectangle, origins, directions)
+    hit, visible, points = met_points(rectangle, origins, directions)
     np.testing.assert_allclose(points[:, 2], 0, atol=1e-11)
-    np.testing.assert_allclose(points[:, :2], hit.uv[seen], atol=1e-11)
+    np.testing.assert_allclose(points[:, :2], hit.uv[visible], atol=1e-11)
     assert (points[:, :2] >= [-10, -20]).all()
     assert (points[:, :2] <= [30, 10]).all()
     np.testing.assert_allclose(hit.cosine, directions @ T[:3, 2], atol=1e-12)
@@ -47,24 +47,24 @@ def test_rectangle_hits_from_both_sides():
 
 def test_disc_with_hole():
     origins, directions = random_rays(1)
-    hit, seen, points = met_points(Disc(T, 30, 12), origins, directions)
+    hit, visible, points = met_points(Disc(T, 30, 12), origins, directions)
     radius = np.hypot(*points[:, :2].T)
     np.testing.assert_allclose(points[:, 2], 0, atol=1e-11)
     assert radius.max() <= 30
     assert radius.min() >= 12
-    np.testing.assert_allclose(points[:, :2], hit.uv[seen], atol=1e-11)
+    np.testing.assert_allclose(points[:, :2], hit.uv[visible], atol=1e-11)
 
 
 def test_cylinder_hits_nearest_first():
     cylinder = Cylinder(T, 17.0, 40.0)
     origins, directions = random_rays(2)
-    hit, seen, points = met_points(cylinder, origins, directions)
+    hit, visible, points = met_points(cylinder, origins, directions)
     np.testing.assert_allclose(np.hypot(*points[:, :2].T), 17, atol=1e-10)
     assert (points[:, 2] >= 0).all()
     assert (points[:, 2] <= 40).all()
     angle = np.arctan2(points[:, 1], points[:, 0])
     uv = np.column_stack([17 * angle, points[:, 2]])
-    np.testing.assert_allclose(uv, hit.uv[seen], atol=1e-9)
+    np.testing.assert_allclose(uv, hit.uv[visible], atol=1e-9)
     centre = transform(T, np.array([[0, 0, 20.0]]))
     inside = cylinder.hit(centre, directions)
     across = np.linalg.norm(np.cross(directions, T[:3, 2]), axis=1)
@@ -85,13 +85,13 @@ def test_relief_hit_is_first_intersection(steepness):
     rng = np.random.default_rng(3)
     relief = Relief(T, steepness * rng.normal(0, 1, (10, 12)), 5.0)
     origins, directions = random_rays(4, 800)
-    hit, seen, points = met_points(relief, origins, directions)
+    hit, visible, points = met_points(relief, origins, directions)
     heights = height_at(relief, *(points[:, :2].T / 5))
     np.testing.assert_allclose(points[:, 2], heights, atol=1e-9)
     # Walk along each ray: on which side it is must not change before the hit.
     local_o = transform(inverse_pose(T), origins)
     local_d = directions @ T[:3, :3]
-    reach = np.where(seen, hit.distance * (1 - 1e-9), 600.0)
+    reach = np.where(visible, hit.distance * (1 - 1e-9), 600.0)
     walk = local_o[:, None] + (
         np.linspace(0, 1, 1500)[:, None] * reach[:, None, None] * local_d[:, None]
     )
@@ -138,13 +138,13 @@ def test_scenes_are_reproducible(make):
     share = np.linspace(0.1, 0.9, 5)[:, None, None]
     a, b = scene.straight_edges[:, 0], scene.straight_edges[:, 1]
     points = ((1 - share) * a + share * b).reshape(-1, 3)
-    off = points - eye
-    length = np.linalg.norm(off, axis=1)
+    distance = points - eye
+    length = np.linalg.norm(distance, axis=1)
     nearest = np.full(len(points), np.inf)
     for surface in scene.surfaces:
         # A hair wider, as edges lie on borders.
         for jitter in ([0, 0, 0], [1e-6, 1e-6, 1e-6], [-1e-6, -1e-6, -1e-6]):
-            aim = (off + jitter) / length[:, None]
+            aim = (distance + jitter) / length[:, None]
             nearest = np.minimum(nearest, surface.hit(eye, aim).distance)
     assert (nearest <= length + 1e-3).mean() > 0.98
     assert (np.abs(nearest - length) < 1e-3).mean() > 0.6
@@ -185,12 +185,12 @@ def test_flat_surface_hits_match_plane():
     for some in (origins, origins[:1]):
         o, d = (some - T[:3, 3]) @ T[:3, :3], directions @ T[:3, :3]
         far = -o[:, 2] / d[:, 2]
-        places = o[:, :2] + far[:, None] * d[:, :2]
-        on = (far > 0) & (np.abs(places) <= [15, 10]).all(axis=1)
+        positions = o[:, :2] + far[:, None] * d[:, :2]
+        on = (far > 0) & (np.abs(positions) <= [15, 10]).all(axis=1)
         hit = surface.hit(some, directions)
         np.testing.assert_array_equal(np.isfinite(hit.distance), on)
         np.testing.assert_allclose(hit.distance[on], far[on], rtol=1e-12)
-        np.testing.assert_allclose(hit.uv[on], places[on], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(hit.uv[on], positions[on], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(hit.cosine[on], d[on, 2], rtol=1e-12)
 
 
@@ -205,34 +205,34 @@ def test_image_texture_starts_at_origin():
 
 
 @pytest.mark.parametrize(
-    ("place", "met"), [((5, 12), True), ((5, 33), False), ((33, 5), False)]
+    ("position", "met"), [((5, 12), True), ((5, 33), False), ((33, 5), False)]
 )
-def test_vertical_ray_hits_relief_only_inside(place, met):
+def test_vertical_ray_hits_relief_only_inside(position, met):
     relief = Relief(np.eye(4), np.zeros((4, 3)), 10.0)  # 20 mm wide, 30 mm high
-    hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
+    hit = relief.hit(np.array([[*position, 50.0]]), np.array([[0.0, 0, -1]]))
     assert np.isfinite(hit.distance[0]) == met
 
 
 def test_relief_cosine_matches_normal():
     """The normal is that of the plane through three places close together."""
     relief = Relief(T, np.array([[0.0, 1, 5], [2, 9, 3]]), 10.0)
-    places = np.array([[2.0, 7], [13, 3], [18, 8.5]])
-    for place in places:
+    positions = np.array([[2.0, 7], [13, 3], [18, 8.5]])
+    for position in positions:
         steps = np.array([[0, 0, 100], [1e-4, 0, 100], [0, 1e-4, 100]])
-        origins = transform(T, np.append(place, 0) + [3, -5, 0] + steps)
-        way = T[:3, :3] @ [-3, 5, -100.0]
-        way /= np.linalg.norm(way)
-        hit = relief.hit(origins, np.tile(way, (3, 1)))
-        one, two, three = origins + hit.distance[:, None] * way
+        origins = transform(T, np.append(position, 0) + [3, -5, 0] + steps)
+        direction = T[:3, :3] @ [-3, 5, -100.0]
+        direction /= np.linalg.norm(direction)
+        hit = relief.hit(origins, np.tile(direction, (3, 1)))
+        one, two, three = origins + hit.distance[:, None] * direction
         normal = np.cross(two - one, three - one)
         normal *= np.sign(normal @ T[:3, 2]) / np.linalg.norm(normal)
-        np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
+        np.testing.assert_allclose(hit.cosine[0], direction @ normal, atol=1e-5)
 
 
 def test_column_stripes_are_periodic():
     ((column, texture),) = _column(np.zeros(3), 2700.0)
     u = np.pi * column.radius * np.linspace(-1, 1, 481)[:-1] + 0.1
-    seen = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))
-    each = seen.reshape(12, 40, -1)
+    visible = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))
+    each = visible.reshape(12, 40, -1)
     assert len(np.unique(each[0], axis=0)) == 2
     np.testing.assert_array_equal(each, np.broadcast_to(each[:1], each.shape))

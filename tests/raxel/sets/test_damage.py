@@ -1,4 +1,4 @@
-"""Damage inside a photograph is seen wherever its format or its decoder can tell."""
+"""Damaged images are rejected wherever format or decoder can detect it."""
 
 import os
 import struct
@@ -22,16 +22,16 @@ PACKINGS = {"lzw": LZW, "deflate": DEFLATE, "old deflate": OLD_DEFLATE}
 
 
 @pytest.fixture(scope="module")
-def photograph():
+def grey_image():
     """A board with a little noise, as sensors have it."""
     noise = np.random.default_rng(0).normal(0, 2, (240, 320))
     return np.clip(next(boards()).image() + noise, 0, 255).astype(np.uint8)
 
 
-def kinds(photograph):
-    yield photograph
-    yield photograph.astype(np.uint16) * 257
-    yield np.dstack([photograph] * 3)
+def kinds(grey_image):
+    yield grey_image
+    yield grey_image.astype(np.uint16) * 257
+    yield np.dstack([grey_image] * 3)
 
 
 def tiff(image, packing):
@@ -47,7 +47,7 @@ def read(path, data, shape=(240, 320), by=read_image):
     return by(image_set, path.name)
 
 
-def is_seen(path, data, shape=(240, 320)):
+def is_detected(path, data, shape=(240, 320)):
     try:
         read(path, data, shape)
     except InputError:
@@ -68,15 +68,15 @@ def spoilt(data, at, how):
 
 @pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
 @pytest.mark.parametrize("packing", PACKINGS)
-def test_damaged_compressed_tiff_is_rejected(tmp_path, capfd, photograph, packing, how):
+def test_damaged_compressed_tiff_is_rejected(tmp_path, capfd, grey_image, packing, how):
     """libtiff fills in black where it can go no further."""
     capfd.readouterr()
-    for image in kinds(photograph):
+    for image in kinds(grey_image):
         data = tiff(image, PACKINGS[packing])
         capfd.readouterr()  # OpenCV's words on the old number for deflate
-        assert not is_seen(tmp_path / "a.tif", data)
+        assert not is_detected(tmp_path / "a.tif", data)
         for at in range(700, len(data) - 700, len(data) // 12):
-            assert is_seen(tmp_path / "a.tif", spoilt(data, at, how)), at
+            assert is_detected(tmp_path / "a.tif", spoilt(data, at, how)), at
     assert capfd.readouterr().err == ""
 
 
@@ -92,13 +92,13 @@ def with_check_sums(png):
 
 
 @pytest.mark.parametrize("how", ["garbage", "zeros", "shift"])
-def test_damaged_png_with_valid_checksums_is_rejected(tmp_path, photograph, how):
-    whole = cv2.imencode(".png", photograph)[1]
-    assert not is_seen(tmp_path / "a.png", with_check_sums(whole))
+def test_damaged_png_with_valid_checksums_is_rejected(tmp_path, grey_image, how):
+    whole = cv2.imencode(".png", grey_image)[1]
+    assert not is_detected(tmp_path / "a.png", with_check_sums(whole))
     length = len(whole) - 700
     for at in range(700, length, length // 12):
         data = with_check_sums(spoilt(whole, at, how))
-        assert is_seen(tmp_path / "a.png", data), at
+        assert is_detected(tmp_path / "a.png", data), at
 
 
 def test_huge_stated_size_does_not_exhaust_memory(tmp_path):
@@ -127,7 +127,7 @@ def test_device_file_is_not_read(tmp_path, read):
     with path.open("wb") as stream:
         stream.truncate(1_500_000_000)
     tracemalloc.start()
-    with pytest.raises(InputError, match=r"large.json: found 1500 MB"):
+    with pytest.raises(InputError, match=r"large.json: file has 1500 MB"):
         read(path)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -178,9 +178,9 @@ def test_min_is_white_tiff_is_inverted(tmp_path, depth):
     np.testing.assert_array_equal(found, image)
 
 
-def test_tiff_with_alpha_is_rejected(tmp_path, photograph):
-    opaque = np.dstack([photograph] * 3 + [photograph // 2])
-    with pytest.raises(InputError, match="4 samples a pixel"):
+def test_tiff_with_alpha_is_rejected(tmp_path, grey_image):
+    opaque = np.dstack([grey_image] * 3 + [grey_image // 2])
+    with pytest.raises(InputError, match="4 samples per pixel"):
         read(tmp_path / "a.tif", cv2.imencode(".tif", opaque)[1])
 
 
@@ -194,23 +194,25 @@ def test_run_length_bmp_is_read(tmp_path):
     assert (read(tmp_path / "a.bmp", data, (32, 32)) == 200).all()
 
 
-def test_size_different_from_header_is_rejected(tmp_path, monkeypatch, photograph):
-    turned = np.ascontiguousarray(photograph.T)
-    data = cv2.imencode(".png", photograph)[1]
-    monkeypatch.setattr(cv2, "imdecode", lambda data, mode: turned)
-    with pytest.raises(InputError, match=r"a.png: found 240 x 320 px"):
+def test_size_different_from_header_is_rejected(tmp_path, monkeypatch, grey_image):
+    rotated = np.ascontiguousarray(grey_image.T)
+    data = cv2.imencode(".png", grey_image)[1]
+    monkeypatch.setattr(cv2, "imdecode", lambda data, mode: rotated)
+    with pytest.raises(InputError, match=r"a.png: 240 x 320 px differs"):
         read(tmp_path / "a.png", data)
 
 
-def test_damage_is_detected_without_stderr(tmp_path, photograph):
-    data = tiff(photograph, LZW)
+def test_damage_is_detected_without_stderr(tmp_path, grey_image):
+    data = tiff(grey_image, LZW)
     usual = os.dup(2)
     os.close(2)
     try:
-        seen = is_seen(tmp_path / "a.tif", spoilt(data, len(data) // 2, "garbage"))
+        detected = is_detected(
+            tmp_path / "a.tif", spoilt(data, len(data) // 2, "garbage")
+        )
         with pytest.raises(OSError, match="Bad file descriptor"):
             os.fstat(2)
     finally:
         os.dup2(usual, 2)
         os.close(usual)
-    assert seen
+    assert detected

@@ -1,4 +1,4 @@
-"""The guide to one's own photographs, data/recorded/README.md, keeps its word."""
+"""The guide to recorded images, data/recorded/README.md, matches the code."""
 
 import json
 import re
@@ -27,7 +27,7 @@ def test_guide_names_every_key_of_image_sets():
     names += "active_grid", "active_grid_view", "gray_pattern", "phase_pattern"
     parts = [schema["$defs"][name] for name in names]
     keys = {key for part in (schema, *parts) for key in part["properties"]}
-    # The truth stands beside rendered sets only.
+    # Only rendered sets have a truth.
     assert keys - {"truth"} - set(re.findall(r"\w+", GUIDE)) == set()
 
 

@@ -35,8 +35,8 @@ def empty_images(folder, *names):
         (folder / name).write_bytes(b"")
 
 
-def picture(depth=np.uint8, colours=1):
-    """A picture whose every pixel differs from its mirror images."""
+def made_image(depth=np.uint8, colours=1):
+    """An image whose every pixel differs from its mirror images."""
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
     grey = (u / WIDTH + 2 * v / HEIGHT) / 3 * np.iinfo(depth).max
     image = np.rint(grey).astype(depth)
@@ -163,7 +163,7 @@ def test_board_points_are_row_major():
 
 @pytest.mark.parametrize("extension", FORMATS)
 def test_grey_images_are_unchanged(tmp_path, extension):
-    image = picture()
+    image = made_image()
     loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
     read = read_image(loaded, loaded.views[0])
     assert read.dtype == np.uint8
@@ -173,14 +173,14 @@ def test_grey_images_are_unchanged(tmp_path, extension):
 
 @pytest.mark.parametrize("extension", ["png", "tif"])
 def test_16_bit_images_keep_depth(tmp_path, extension):
-    image = picture(np.uint16)
+    image = made_image(np.uint16)
     loaded = one_image_set(tmp_path, f"a.{extension}", encoded(extension, image))
     assert np.array_equal(read_image(loaded, "a." + extension), image)
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
 def test_read_colour_keeps_colour(tmp_path, depth):
-    image = picture(depth, colours=3)
+    image = made_image(depth, colours=3)
     loaded = one_image_set(tmp_path, "a.png", encoded("png", image))
     assert np.array_equal(read_colour(loaded, "a.png"), image)
     grey = read_image(loaded, "a.png")
@@ -203,10 +203,10 @@ def orientation(value):
 
 @pytest.mark.parametrize("read", [read_image, read_colour])
 def test_exif_rotation_is_ignored(tmp_path, read):
-    plain = encoded("jpg", picture())
+    plain = encoded("jpg", made_image())
     rotated = with_exif(plain, orientation(6))
-    turned = cv2.imdecode(np.frombuffer(rotated, np.uint8), cv2.IMREAD_GRAYSCALE)
-    assert turned.shape == (WIDTH, HEIGHT), "the tag is one that OpenCV obeys"
+    decoded = cv2.imdecode(np.frombuffer(rotated, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert decoded.shape == (WIDTH, HEIGHT), "the tag is one that OpenCV obeys"
     loaded = one_image_set(tmp_path, "a.jpg", rotated)
     assert has_orientation(tmp_path / "a.jpg")
     kept = read(loaded, "a.jpg")
@@ -214,16 +214,16 @@ def test_exif_rotation_is_ignored(tmp_path, read):
 
 
 VARIANTS = {
-    "png": encoded("png", picture()),
-    "jpg": encoded("jpg", picture()),
-    "progressive jpg": encoded("jpg", picture(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
-    "jpg with restarts": encoded("jpg", picture(), cv2.IMWRITE_JPEG_RST_INTERVAL, 4),
-    "jpg with exif": with_exif(encoded("jpg", picture()), orientation(3)),
-    "tif": encoded("tif", picture()),
-    "plain tif": encoded("tif", picture(), cv2.IMWRITE_TIFF_COMPRESSION, 1),
-    "bmp": encoded("bmp", picture()),
-    "pgm": encoded("pgm", picture()),
-    "webp": encoded("webp", picture()),
+    "png": encoded("png", made_image()),
+    "jpg": encoded("jpg", made_image()),
+    "progressive jpg": encoded("jpg", made_image(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+    "jpg with restarts": encoded("jpg", made_image(), cv2.IMWRITE_JPEG_RST_INTERVAL, 4),
+    "jpg with exif": with_exif(encoded("jpg", made_image()), orientation(3)),
+    "tif": encoded("tif", made_image()),
+    "plain tif": encoded("tif", made_image(), cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "bmp": encoded("bmp", made_image()),
+    "pgm": encoded("pgm", made_image()),
+    "webp": encoded("webp", made_image()),
 }
 
 
@@ -239,8 +239,8 @@ def test_truncated_file_is_rejected_by_name(tmp_path, variant):
 
 
 def test_truncated_file_with_thumbnail_is_rejected(tmp_path):
-    whole = encoded("jpg", picture())
-    data = with_exif(whole, encoded("jpg", picture()[:16, :16]))
+    whole = encoded("jpg", made_image())
+    data = with_exif(whole, encoded("jpg", made_image()[:16, :16]))
     loaded = one_image_set(tmp_path, "a.jpg", data)
     assert read_image(loaded, "a.jpg").shape == (HEIGHT, WIDTH)
     (tmp_path / "a.jpg").write_bytes(data[: len(data) - len(whole) // 2])
@@ -249,7 +249,7 @@ def test_truncated_file_with_thumbnail_is_rejected(tmp_path):
 
 
 def test_changed_png_byte_is_rejected(tmp_path):
-    data = bytearray(encoded("png", picture()))
+    data = bytearray(encoded("png", made_image()))
     data[len(data) // 2] ^= 0x10
     loaded = one_image_set(tmp_path, "a.png", bytes(data))
     with pytest.raises(InputError, match=r"a\.png: "):
@@ -269,14 +269,14 @@ def test_jpeg_with_missing_part_is_rejected(tmp_path, capfd, stretch):
 
 def test_harmless_decoder_warnings_are_suppressed(tmp_path, capfd):
     """Some cameras write bytes before the end marker."""
-    data = encoded("jpg", picture())
+    data = encoded("jpg", made_image())
     image_set = one_image_set(tmp_path, "a.jpg", data[:-2] + bytes(8) + data[-2:])
-    assert np.abs(read_image(image_set, "a.jpg").astype(int) - picture()).max() < 8
+    assert np.abs(read_image(image_set, "a.jpg").astype(int) - made_image()).max() < 8
     assert capfd.readouterr().err == ""
 
 
 def test_float_samples_are_rejected(tmp_path):
-    data = encoded("tif", picture().astype(np.float32))
+    data = encoded("tif", made_image().astype(np.float32))
     loaded = one_image_set(tmp_path, "a.tif", data)
     with pytest.raises(InputError, match="float32"):
         read_image(loaded, "a.tif")

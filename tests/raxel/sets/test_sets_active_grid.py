@@ -35,7 +35,7 @@ def grid(tmp_path):
     return described(tmp_path, patterns, white="w.png", black="b.png")
 
 
-def said(folder, data):
+def message_of(folder, data):
     write_description(folder, data)
     with pytest.raises(InputError) as fault:
         load_set(folder)
@@ -66,59 +66,65 @@ def changed(number, **fields):
     return change
 
 
-def left_out(number):
+def excluded(number):
     return lambda view: view["patterns"].pop(number)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (left_out(0), "patterns[0]: bit 0 of axis x has only its inverse; add the pic"),
-        (left_out(14), "patterns: phase code of axis x lacks step 2 of 4; add its ima"),
-        (changed(2, bit=0), "patterns[2]: the same pattern as patterns[0]; mend axis"),
-        (changed(2, of=4), "patterns[2].of: found 4, but 3 in patterns[0] of the same"),
-        (changed(13, offset=0.25), "patterns[13].offset: found 0.25, but 0 in patter"),
+        (excluded(0), "patterns[0]: bit 0 of axis x has only its inverse; add the ima"),
+        (excluded(14), "patterns: phase code of axis x lacks step 2 of 4; add its ima"),
+        (changed(2, bit=0), "patterns[2]: same pattern as patterns[0]; correct axis"),
+        (
+            changed(2, of=4),
+            "patterns[2].of: 4 differs from 3 in patterns[0] of the same",
+        ),
+        (
+            changed(13, offset=0.25),
+            "patterns[13].offset: 0.25 differs from 0 in patter",
+        ),
         (changed(13, offset=90), "patterns[13].offset: found 90; give the part of"),
         (changed(0, offset=0.0), "patterns[0].offset: unknown key; known are image"),
         (
             changed(3, cell_px=64.0),
-            "patterns[3].cell_px: found 64, but 128 in patterns[0] of the same code",
+            "patterns[3].cell_px: 64 differs from 128 in patterns[0] of the same code",
         ),
         (
             changed(13, image="phase-x-0.png"),
-            "patterns[13].image: found 'phase-x-0.png', the same file as "
+            "patterns[13].image: 'phase-x-0.png' is the same file as "
             "'phase-x-0.png' of views[0].patterns[12]; list it once",
         ),
         (
             changed(5, image="w.png"),
-            "patterns[5].image: found 'w.png', the same file as 'w.png' of views[0]",
+            "patterns[5].image: 'w.png' is the same file as 'w.png' of views[0]",
         ),
-        (lambda v: v.update(black="w.png"), "black: found 'w.png', the same file as"),
+        (lambda v: v.update(black="w.png"), "black: 'w.png' is the same file as"),
         (lambda v: v.update(white="none.png"), "white: no file 'none.png' in"),
         (
             lambda v: [p.update(periods=600.0) for p in v["patterns"][12:16]],
-            "patterns[12].periods: found 600 periods on 1024 px of the monitor, which",
+            "patterns[12].periods: 600 periods on 1024 px of the monitor; give at most 512",
         ),
         (
             lambda v: [p.update(cell_px=100.0) for p in v["patterns"][:6]],
-            "patterns[0].cell_px: found cells of 100 px, and 8 of them do not reach",
+            "patterns[0].cell_px: 8 cells of 100 px do not cover",
         ),
     ],
 )
 def test_invalid_patterns_are_reported(tmp_path, grid, change, message):
     change(grid["views"][0])
-    assert said(tmp_path, grid).startswith(message)
+    assert message_of(tmp_path, grid).startswith(message)
 
 
 @pytest.mark.parametrize(
     ("origin", "found"),
     [
         ((50.0, 50.0), ""),
-        ((40.0, 50.0), "reach from [-10.0, 0.0] to [390.0, 300.0], beyond the"),
-        ((50.0, 49.0), "reach from [0.0, -1.0] to [400.0, 299.0], beyond the"),
+        ((40.0, 50.0), "squares from [-10.0, 0.0] to [390.0, 300.0] px exceed"),
+        ((50.0, 49.0), "squares from [0.0, -1.0] to [400.0, 299.0] px exceed"),
         ((674.0, 518.0), ""),
-        ((675.0, 518.0), "reach from [625.0, 468.0] to [1025.0, 768.0], beyond the"),
-        ((674.0, 519.0), "reach from [624.0, 469.0] to [1024.0, 769.0], beyond the"),
+        ((675.0, 518.0), "squares from [625.0, 468.0] to [1025.0, 768.0] px exceed"),
+        ((674.0, 519.0), "squares from [624.0, 469.0] to [1024.0, 769.0] px exceed"),
     ],
 )
 def test_monitor_chessboard_needs_surrounding_square(tmp_path, grid, origin, found):
@@ -126,23 +132,23 @@ def test_monitor_chessboard_needs_surrounding_square(tmp_path, grid, origin, fou
     board = {"columns": 7, "rows": 5, "pitch_px": 50.0, "origin_px": list(origin)}
     grid["target"]["chessboard"] = board
     if found:
-        assert f"target.chessboard: its squares {found}" in said(tmp_path, grid)
+        assert f"target.chessboard: its squares {found}" in message_of(tmp_path, grid)
     else:
         write_description(tmp_path, grid)
         assert load_set(tmp_path).target.chessboard.origin_px == origin
 
 
 def test_code_finer_than_pixels_needs_cell_px(tmp_path):
-    """Ten bits along 768 px: not cells of 0.75 px, but of one, cut off at the end."""
+    """Ten bits along 768 px: not cells of 0.75 px, but of one, truncated at the end."""
     patterns = patterns_of(plan_of_cells(SIZE, 2, 4))
     gray = [p for p in patterns if p.kind == "gray"]
     data = described(tmp_path, gray)
     for entry in data["views"][0]["patterns"]:
         entry["of"] = 10
         del entry["cell_px"]
-    assert said(tmp_path, data).startswith(
-        "patterns[2].of: found 1024 cells on 768 px of the monitor, 0.75 px each; give "
-        "cell_px: 1 where the code counts pixels"
+    assert message_of(tmp_path, data).startswith(
+        "patterns[2].of: 1024 cells of 0.75 px on 768 px of the monitor; correct of, "
+        "or give cell_px: 1 if the code counts pixels"
     )
     for entry in data["views"][0]["patterns"]:
         entry["cell_px"] = 1.0
@@ -162,5 +168,5 @@ def test_image_belongs_to_one_pose(tmp_path, grid):
     write_description(tmp_path, grid)
     assert len(load_set(tmp_path).views) == 2
     second["white"] = "other.png"
-    line = said(tmp_path, grid)
+    line = message_of(tmp_path, grid)
     assert line.endswith("same file as 'w.png' of views[0]; list it once")

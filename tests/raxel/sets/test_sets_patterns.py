@@ -63,20 +63,20 @@ def test_quarter_offset_makes_cosines():
     own = [p for p in patterns_of(plan) if p.kind == "phase" and p.axis == "x"]
     x = 2 * np.pi * 4 * (np.arange(96) + 0.5) / 96
     for step, pattern in enumerate(own):
-        due = 0.5 + 0.5 * np.cos(x + 2 * np.pi * step / 3)
+        expected = 0.5 + 0.5 * np.cos(x + 2 * np.pi * step / 3)
         sent = pattern_image(pattern, size)[0]
-        np.testing.assert_allclose(sent / 255, due, atol=0.501 / 255)
+        np.testing.assert_allclose(sent / 255, expected, atol=0.501 / 255)
         uv = np.column_stack([np.arange(96) + 0.5, np.full(96, 9.0)])
         shown = MonitorPattern(size, None, pattern).radiance(uv, np.ones(96))
-        np.testing.assert_allclose(shown, due, atol=1e-9)
+        np.testing.assert_allclose(shown, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(
     ("cells", "steps", "message"),
     [
-        (0, 4, "cells: found 0 along x"),
-        ((8, 200), 4, "cells: found 200 along y on 480 px .* 160 along x and 120"),
-        (8, 2, "steps: found 2; give 3 to 64"),
+        (0, 4, "cells: 0 along x"),
+        ((8, 200), 4, "cells: 200 along y on 480 px .* 160 along x and 120"),
+        (8, 2, "steps: 2 phase steps; give 3 to 64"),
     ],
 )
 def test_invalid_plans_are_rejected(cells, steps, message):

@@ -10,7 +10,7 @@ from raxel.show import Points, Scene, Surface
 from repro.page import draw, space, style
 from repro.run import discover, jobs
 
-MISSING = "3-D images need OpenGL, which does not work here; run: mend <it>"
+MISSING = "3-D images require OpenGL (not working); run: install <it>"
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
 SHEET = np.array([[[-9, -9, 2], [9, -9, 2]], [[-9, 9, 2], [9, 9, 2.0]]])
 
@@ -47,7 +47,7 @@ def test_figure_without_opengl_states_remedy(without_opengl):
 def test_page_without_opengl_states_remedy(without_opengl):
     page = space.scene_page(Scene([Points([[0, 0, 0]], "k")], **VIEW), "A <b> title")
     assert "<title>A &lt;b&gt; title</title>" in page
-    assert "run: mend &lt;it&gt;" in page
+    assert "run: install &lt;it&gt;" in page
 
 
 CHAPTER = """

@@ -1,4 +1,4 @@
-"""Scenes in space: what meshes, images and pages hold, and what is refused."""
+"""Scenes in space: content of meshes, images and pages; rejected input."""
 
 import hashlib
 import json
@@ -130,8 +130,8 @@ def test_image_matches_camera_projection():
         "perspective", {"K": K, "radial": [], "width": width, "height": height}
     )
     cells = np.array([[10, 10], [30, 10], [-10, 10], [-10, -10], [30, 30], [50, 10]])
-    seen = camera.project(transform(T, on_plane(cells))).pixels
-    u, v = np.round(seen).astype(int).T
+    visible = camera.project(transform(T, on_plane(cells))).pixels
+    u, v = np.round(visible).astype(int).T
     assert (image[v, u].mean(axis=1) > 128).tolist() == [
         True, False, False, True, True, True,
     ]  # fmt: skip
@@ -143,15 +143,15 @@ def test_image_matches_camera_projection():
 @draws
 def test_texture_is_mirrored_from_behind():
     sheet = Surface(lattice(2, 2), texture=quadrants())
-    for behind in (False, True):
-        scene = Scene([sheet], (0, 0, 5 if behind else -5), (0, 0, 0))
+    for back in (False, True):
+        scene = Scene([sheet], (0, 0, 5 if back else -5), (0, 0, 0))
         image = image_array(scene).astype(int)
         places = projected(
             scene, [[-0.3, -0.3, 0], [0.3, -0.3, 0]], *image.shape[1::-1]
         )
         u, v = np.round(places).astype(int).T
         assert image[v, u].argmax(axis=1).tolist() == [0, 1]
-        assert (u[0] < u[1]) != behind
+        assert (u[0] < u[1]) != back
 
 
 @draws
@@ -239,7 +239,7 @@ def test_oversized_page_is_rejected(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "text"),
     [
         (lambda: Points([1, 2, 3], "k", "dots"), r"Points 'dots': points has shape"),
         (lambda: Segments(np.zeros((2, 3)), np.zeros((3, 3)), "k"), "2 starts, 3 ends"),
@@ -263,8 +263,8 @@ def test_oversized_page_is_rejected(monkeypatch):
         (lambda: meshes(Points([[np.nan] * 3], "k")), "no part has a finite point"),
     ],
 )
-def test_invalid_scene_is_rejected(make, said):
-    with pytest.raises(SceneError, match=said):
+def test_invalid_scene_is_rejected(make, text):
+    with pytest.raises(SceneError, match=text):
         make()
 
 

@@ -13,7 +13,7 @@ from raxel.show.cameras import _name, facing_sight, frustum
 from raxel.show.meshes import HEAD_LENGTH, HEAD_RADIUS, _arrows
 from raxel.show.rendering import THEMES, _legend_rows, _written, legend_entries
 from raxel.show.scene import Points, Scene, Segments, finite_points
-from raxel.show.view import _told
+from raxel.show.view import _length_text
 
 MISSING = rendering.rendering_missing()
 has_pyvista = pytest.mark.skipif("pyvista" in MISSING, reason=MISSING)
@@ -29,11 +29,11 @@ def test_camera_symbol_marks_upper_side():
 
 def test_view_direction_shows_most_fronts():
     """Fronts look along negative z of the target, against the sight."""
-    ahead, back = np.eye(4), pose(rotation_from_vector([0.0, np.pi, 0.0]), [0, 0, 0])
-    left = pose(rotation_from_vector([0.0, -np.pi / 2, 0.0]), [0, 0, 0])
-    assert facing_sight(np.stack([ahead, ahead, back]))[2] > 0
-    assert facing_sight(np.stack([ahead, back, back]))[2] < 0
-    assert facing_sight(np.stack([ahead, left]))[0] < 0
+    forward, back = np.eye(4), pose(rotation_from_vector([0.0, np.pi, 0.0]), [0, 0, 0])
+    side = pose(rotation_from_vector([0.0, -np.pi / 2, 0.0]), [0, 0, 0])
+    assert facing_sight(np.stack([forward, forward, back]))[2] > 0
+    assert facing_sight(np.stack([forward, back, back]))[2] < 0
+    assert facing_sight(np.stack([forward, side]))[0] < 0
 
 
 def test_label_is_above_centre():
@@ -44,15 +44,15 @@ def test_label_is_above_centre():
 
 
 @pytest.mark.parametrize(
-    ("length", "unit", "told"),
+    ("length", "unit", "text"),
     [
         (500.0, "mm", "500 mm"),
         (2000.0, "mm", "2 m"),
         (2000.0, "pitches", "2000 pitches"),
     ],
 )
-def test_long_lengths_are_in_metres(length, unit, told):
-    assert _told(length, unit) == told
+def test_long_lengths_are_in_metres(length, unit, text):
+    assert _length_text(length, unit) == text
 
 
 def test_legend_uses_part_colours():

@@ -50,8 +50,8 @@ def of_kind(scene, kind, label):
 
 def test_field_edge_is_border_or_angle():
     u, v = field_edge(PINHOLE).T
-    rim = np.maximum(np.abs(u - 99.5) / 99.5, np.abs(v - 79.5) / 79.5)
-    assert rim == pytest.approx(1)
+    border = np.maximum(np.abs(u - 99.5) / 99.5, np.abs(v - 79.5) / 79.5)
+    assert border == pytest.approx(1)
     lens = camera_from(
         "fisheye",
         {
@@ -91,12 +91,12 @@ def test_mirror_camera_scene_has_caustic():
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
 def test_rig_scene_uses_rendered_poses(path, monkeypatch):
     rig: Rig = load_rig(path)
-    asked = []
+    requested = []
 
     def noted(rig, rng, count, draw=Rig.draw_poses):
         begins = rng.bit_generator.state
-        asked.append((begins, count, draw(rig, rng, count)))
-        return asked[-1][2]
+        requested.append((begins, count, draw(rig, rng, count)))
+        return requested[-1][2]
 
     monkeypatch.setattr(Rig, "draw_poses", noted)
     scene = rig_scene(rig, seed=3)
@@ -104,7 +104,7 @@ def test_rig_scene_uses_rendered_poses(path, monkeypatch):
         p for p in scene.parts if isinstance(p, Surface) and p.texture is not None
     ]
     # What `raxel render` draws them from, once: to draw them again takes long.
-    ((begins, count, poses),) = asked
+    ((begins, count, poses),) = requested
     assert begins == np.random.default_rng([3, POSES]).bit_generator.state
     assert count == rig.count + rig.evaluate
     assert len(sheets) == count
@@ -183,7 +183,7 @@ def test_show_without_file_opens_page(tmp_path, capsys, monkeypatch, display):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "lines"),
     [
         (["nowhere.npz"], "nowhere.npz"),
         (["nothing.txt"], "nothing.txt: no such file; give a rig"),
@@ -196,11 +196,11 @@ def test_show_without_file_opens_page(tmp_path, capsys, monkeypatch, display):
         (["x.yaml", "--out", "no/folder/a.png"], "no folder"),
     ],
 )
-def test_show_errors_have_one_line(monkeypatch, capsys, arguments, said):
+def test_show_errors_have_one_line(monkeypatch, capsys, arguments, lines):
     monkeypatch.setattr("raxel.cli.show.packages_missing", str)
     assert main(["show", *arguments]) == 2
     complaint = capsys.readouterr().err
-    assert said in complaint
+    assert lines in complaint
     assert complaint.count("\n") == 1
 
 
@@ -214,7 +214,7 @@ def test_missing_packages_are_reported_with_command(monkeypatch, capsys, tmp_pat
     monkeypatch.setattr(rendering, "PACKAGES", ("pyvista", "no_such_package"))
     missing = fresh()
     assert missing == (
-        "3-D scenes need no_such_package, not installed here; run: "
+        "3-D scenes require no_such_package (not installed); run: "
         "pip install raxel[show]"
     )
     PINHOLE.save(tmp_path / "camera.npz")

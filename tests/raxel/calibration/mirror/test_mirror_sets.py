@@ -37,12 +37,12 @@ def test_what_a_mirror_set_says_is_read(tmp_path):
     ("data", "of_sets", "named"),
     [
         ({"clamp": {"point": [[1, 2], [3, 4]]}}, {}, "clamp.point: unknown key"),
-        ({"viewer": "../viewer"}, {}, "viewer: found ../viewer, which leads out"),
-        ({"viewer": "camera.npz"}, {}, "viewer: camera.npz is not there"),
+        ({"viewer": "../viewer"}, {}, "viewer: ../viewer is outside the set's folder"),
+        ({"viewer": "camera.npz"}, {}, "viewer: no file camera.npz"),
         (
             {"clamp": {"points": [[5, 5], [5, 5]]}},
             {},
-            "clamp.points: all are one point",
+            "clamp.points: all points are equal",
         ),
         (
             {"clamp": {"points": [[5, 5], [5, 900]]}},
@@ -52,21 +52,21 @@ def test_what_a_mirror_set_says_is_read(tmp_path):
         (
             {"clamp": {"points": [[5, 5], [5, 250]]}},
             {},
-            "found [5, 250], outside a picture of 320 x 240 px",
+            "[5, 250] is outside the image of 320 x 240 px",
         ),
         (
             {},
             {"grids": {"views": [{"name": "near", "patterns": code(0)}]}},
-            "primary.grids: found 1 position of the active grid; take 2 or more",
+            "primary.grids: 1 position of the active grid; give 2 or more",
         ),
-        ({}, {"stages": {"resolution": [330, 240]}}, "stages.set: its photographs are"),
+        ({}, {"stages": {"resolution": [330, 240]}}, "stages.set: images have"),
         ({}, {"stages": {"target": WITHOUT_PITCH}}, "its target.pitch_mm is null"),
         (
             {},
             {"platter": {"target": MONITOR | {"monitor_mm": [40, 30]}}},
-            "not that of",
+            "differs from that of",
         ),
-        ({"primary": PRIMARY | {"grids": "plate"}}, {}, "its target is a board; give"),
+        ({"primary": PRIMARY | {"grids": "plate"}}, {}, "target is a board; give"),
         ({"primary": PRIMARY | {"plate": "stages"}}, {}, "found 4 photographs of the"),
     ],
 )

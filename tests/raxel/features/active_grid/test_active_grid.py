@@ -1,4 +1,4 @@
-"""What the decoder promises: places, standard deviations, cells at edges, masks."""
+"""Decoder of active grids: positions, standard deviations, cells at edges, masks."""
 
 import tracemalloc
 from dataclasses import replace
@@ -43,11 +43,11 @@ def test_decode_without_noise_is_exact(steps, cells):
     scene = drawn(cells=cells, steps=steps, dtype=np.uint16, monitor=(203, 151))
     found = decoded(scene, smooth=False, margin_px=0)
     on = np.isfinite(scene.true[..., 0])
-    off = np.abs(errors(scene, found))
+    error = np.abs(errors(scene, found))
     assert np.mean(found.mask[on]) > 0.99
     assert not found.mask[~on].any()
     # 16 bit of 170 / 256 of their range leave this much of a cell to rounding.
-    assert off.max() < 2e-5 * 300 / np.min(cells)
+    assert error.max() < 2e-5 * 300 / np.min(cells)
 
 
 def test_location_unit_is_mm_or_px():
@@ -58,7 +58,7 @@ def test_location_unit_is_mm_or_px():
     assert in_mm.location.dtype == in_mm.sigma.dtype == np.float32
     pixel = np.divide(scene.grid.monitor_mm, scene.grid.monitor_px)
     good = in_mm.mask & in_px.mask
-    # Second differences of places, which are rounded, have a part in sigma.
+    # Second differences of rounded positions contribute to sigma.
     for name, rounding in (("location", 1e-5), ("sigma", 1e-3)):
         mm, px = getattr(in_mm, name)[good], getattr(in_px, name)[good]
         np.testing.assert_allclose(mm, px * pixel, rtol=rounding)
@@ -94,12 +94,12 @@ def test_pixels_outside_monitor_are_not_decoded(share, cells):
 
 @pytest.mark.parametrize("shift", [0.0, 0.02, -0.02])
 def test_cells_are_correct_at_blurred_edges(shift):
-    """200 000 pixels, blur 2 px, noise 4; sines and code may be a little apart."""
+    """200 000 pixels, blur 2 px, noise 4; sines and code may be slightly shifted."""
     scene = drawn(size=(540, 405), noise=4.0, blur=2.0, shift=shift, seed=2)
     for options in ({}, {"smooth": False}):
         found = decoded(scene, margin_px=9, **options)
-        off = np.abs(errors(scene, found))
-        assert off.max() < 0.15 * 300 / 8
+        error = np.abs(errors(scene, found))
+        assert error.max() < 0.15 * 300 / 8
     assert found.mask.size > 200_000
     assert share_of_lit(scene, decoded(scene, margin_px=9)) > 0.9
 
@@ -109,9 +109,9 @@ def test_gray_code_alone_gives_cell_centres():
     scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
     found = decoded(scene)
     cell = np.divide(scene.grid.monitor_mm, (32, 64))
-    off = np.abs(errors(scene, found))
-    assert np.quantile(off, 0.95, axis=0) == pytest.approx(0.475 * cell, rel=0.05)
-    assert np.all(off.max(axis=0) < 1.1 * cell)
+    error = np.abs(errors(scene, found))
+    assert np.quantile(error, 0.95, axis=0) == pytest.approx(0.475 * cell, rel=0.05)
+    assert np.all(error.max(axis=0) < 1.1 * cell)
     sigma = found.sigma[found.mask]
     np.testing.assert_allclose(sigma, np.tile(cell / 12**0.5, (len(sigma), 1)), 1e-4)
     assert share_of_lit(scene, found) > 0.8
@@ -155,7 +155,7 @@ def test_bits_without_inverse_use_mean_level(with_white):
 
 
 def test_smoothing_stops_at_jumps():
-    """Two halves that see places far apart, without a gap between them."""
+    """Two halves that view distant positions, without a gap between them."""
 
     def halves(u, v, monitor):
         x = np.where(u < 0, 0.7 + 0.5 * u, 0.4 + 0.5 * u) * monitor[0]
@@ -163,8 +163,8 @@ def test_smoothing_stops_at_jumps():
 
     scene = drawn(size=(240, 180), place=halves, noise=2.0)
     found = decoded(scene, neighbours=True, fill=True, margin_px=0)
-    off = np.abs(found.location - scene.true) / found.sigma
-    assert np.nanmax(off) < 6.5
+    error = np.abs(found.location - scene.true) / found.sigma
+    assert np.nanmax(error) < 6.5
     raw = decoded(scene, smooth=False, margin_px=0).sigma
     ratio = found.sigma[90, :, 1] / raw[90, :, 1]
     assert np.all(ratio[119:121] > 0.8)
@@ -190,7 +190,7 @@ def test_noise_is_estimated_from_images():
 
 
 def test_noise_estimate_ignores_overexposed_pixels():
-    """They are all alike, however much the light on them scatters."""
+    """They are all equal, whatever the scatter of their light."""
     rng = np.random.default_rng(1)
     ramp = np.linspace(40, 340, 400)[None, :]
     images = rng.normal(ramp, 4.0, (4, 300, 400))
@@ -215,8 +215,8 @@ def test_masked_pixels_are_counted_by_reason():
     assert not found.mask[100, 50]
     filled = decode(images, scene.patterns, scene.grid, fill=True)
     assert filled.mask[100, 50]
-    off = filled.location[100, 50] - scene.true[100, 50]
-    assert np.abs(off).max() < 6 * filled.sigma[100, 50].max()
+    error = filled.location[100, 50] - scene.true[100, 50]
+    assert np.abs(error).max() < 6 * filled.sigma[100, 50].max()
     assert np.isnan(filled.location[70, 115]).all()
 
 
@@ -231,11 +231,11 @@ def without(scene, *numbers):
         (lambda s: (s.images[1:], s.patterns), "found 19 for 20 patterns"),
         (lambda s: without(s, 2, 3), "axis x: .* bit 1"),
         (lambda s: without(s, 13), "axis x: phase step 1 of 4"),
-        (lambda s: without(s, *range(6)), "axis x: found periods of 25 px"),
+        (lambda s: without(s, *range(6)), "axis x: ambiguous periods"),
         (lambda s: ([*s.images, s.images[0]], [*s.patterns, s.patterns[0]]), "bit 0 "),
         (
             lambda s: ([*s.images[:-1], s.images[0][:-1]], s.patterns),
-            r"phase-y-3.png: found an image \(119, 160\)",
+            r"phase-y-3.png: \(119, 160\)",
         ),
         (lambda s: (s.images.astype(float), s.patterns), "float64"),
         (lambda s: (s.images[:1], [Pattern("", "x", "gray", 3, bit=0)]), "axis x: "),
@@ -252,8 +252,7 @@ def test_inconsistent_images_are_rejected(spoil, message):
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_sigma_is_correct_with_black_level(dtype):
-    """Photons alone, and a black level that has none: the line of the variance against
-    the level meets zero far above the level 0."""
+    """Shot noise only, above a black level: the variance is zero far above level 0."""
     depth = {np.uint8: 1, np.uint16: 257}[dtype]
     exact = drawn(size=(560, 420), vignetting=1.2, seed=1, dtype=np.uint16)
     light = exact.images / 257 - 20
@@ -289,7 +288,7 @@ def test_decoder_memory_is_bounded():
 
 
 def test_noise_estimate_ignores_dark_texture():
-    """Where what is darkest scatters most, noise is told as even, by the rest."""
+    """Noise is constant, from the rest, where dark areas scatter most."""
     rng = np.random.default_rng(3)
     ramp = np.linspace(30, 230, 400)[None, :] + np.zeros((4, 300, 1))
     sd = np.where(ramp < 50, 9.0, 2.0)
@@ -313,8 +312,8 @@ def test_turns_match_arctan2():
     angle = np.linspace(0, 1, 20001)[:-1]
     for x in angle[::7]:
         s, c = np.float32(np.sin(2 * np.pi * x)), np.float32(np.cos(2 * np.pi * x))
-        off = abs(turns(s, c) - x)
-        assert min(off, 1 - off) < 2e-7
+        error = abs(turns(s, c) - x)
+        assert min(error, 1 - error) < 2e-7
     assert turns(np.float32(-1e-12), np.float32(1)) in (0, np.float32(1 - 2**-24))
 
 
@@ -335,7 +334,7 @@ def test_image_order_and_threads_do_not_change_result():
 
 @pytest.mark.parametrize("noise", [1.0, 2.0])
 def test_sigma_includes_window_bias(noise):
-    """A bent surface, on which averages over 7 x 7 are off by up to a sigma.
+    """A curved surface, on which means over 7 x 7 have an error of up to a sigma.
 
     Some 2400 windows do not overlap, so that shares are known to 1 % only.
     """
@@ -346,14 +345,14 @@ def test_sigma_includes_window_bias(noise):
 
     scene = drawn(size=(400, 300), place=bent, noise=noise, seed=4)
     found = decoded(scene)
-    off = errors(scene, found)[:, 0]
+    error = errors(scene, found)[:, 0]
     sigma = found.sigma[found.mask][:, 0]
-    assert np.median(off) > 0.25 * np.median(sigma)
-    assert 0.65 < np.mean(np.abs(off) < sigma) < 0.71
+    assert np.median(error) > 0.25 * np.median(sigma)
+    assert 0.65 < np.mean(np.abs(error) < sigma) < 0.71
 
 
 def test_finest_bits_are_optional_for_long_periods():
-    """Cells are then as wide as those of the finest bit that is there."""
+    """Cells are then as wide as those of the finest available bit."""
     scene = drawn(size=(240, 180), plan=PatternPlan((5, 5), True, 4, (8.0, 8.0)))
     own = [k for k, p in enumerate(scene.patterns) if p.kind == "phase" or p.bit < 3]
     assert len(own) == len(scene.patterns) - 8

@@ -1,4 +1,4 @@
-"""Sigma holds what windows and blur do where a surface bends within few pixels."""
+"""Sigma includes the bias of windows and blur where a surface bends sharply."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6, "blur": 1.0}
 
 
 def ball(u, v, monitor):
-    """As a ball shows it: places run away towards its rim."""
+    """Reflection in a ball: positions diverge towards its edge."""
     r = np.hypot(u, v) + 1e-9
     scale = 0.12 * np.tan(3.0 * r) / r
     return monitor[0] * (0.5 + scale * u), monitor[1] * 0.5 + monitor[0] * scale * v
@@ -27,10 +27,10 @@ def ripples(u, v, monitor):
 def within(one, **options):
     found = decode(one.images, one.patterns, one.grid, **options)
     inner = np.s_[24:-24, 24:-24]
-    off = np.abs(found.location - one.true)[inner] / found.sigma[inner]
-    off = off[np.isfinite(off)]
-    assert len(off) > 0.5 * one.images[0].size
-    return [float(np.mean(off < k)) for k in (1, 2, 3)]
+    ratio = np.abs(found.location - one.true)[inner] / found.sigma[inner]
+    ratio = ratio[np.isfinite(ratio)]
+    assert len(ratio) > 0.5 * one.images[0].size
+    return [float(np.mean(ratio < k)) for k in (1, 2, 3)]
 
 
 @pytest.mark.parametrize("place", [ball, ripples])
@@ -50,7 +50,7 @@ def test_sigma_is_unchanged_on_plane():
 
 @pytest.mark.parametrize("shape", [(128, 400), (30, 40)])
 def test_bend_bias_extends_to_border(shape):
-    """Beside what is not decoded, and along the image's border."""
+    """Next to pixels that are not decoded, and along the image's border."""
     y, x = np.indices(shape, np.float32)
     place = (0.01 * x * x - 0.02 * y * y)[None]
     place[0, :, : shape[1] // 3] = np.nan

@@ -39,9 +39,9 @@ def test_blur_bias_matches_prediction():
     codes = read_coding(patterns, (200, 144))
     found = squared_bias(images, codes, 4.0, BLUR, 1e-9, [no_ripple()])
     middles = np.arange(BLOCK_PX // 2, 320, BLOCK_PX)
-    due = BIAS_TO_SIGMA * np.abs(shift[40:360])[middles]
-    seen = np.sqrt(found[0][:, middles])
-    np.testing.assert_allclose(seen, np.tile(due, (5, 1)), rtol=0.004)
+    expected = BIAS_TO_SIGMA * np.abs(shift[40:360])[middles]
+    measured = np.sqrt(found[0][:, middles])
+    np.testing.assert_allclose(measured, np.tile(expected, (5, 1)), rtol=0.004)
 
 
 def test_noise_adds_little_bias_on_plane():

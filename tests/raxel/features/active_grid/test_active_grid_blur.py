@@ -1,4 +1,4 @@
-"""The blur that is measured, and what is left beside rims that it reaches across."""
+"""Measured blur, and valid pixels next to borders that it crosses."""
 
 from dataclasses import replace
 from functools import cache
@@ -15,12 +15,12 @@ from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
 BLURS, NOISES = (0.5, 1.0, 2.0, 3.0, 4.0), (1.0, 3.0, 8.0)
-BEYOND = 20  # px drawn around the image, so that what blurs its border is there
+BEYOND = 20  # px around the image, so that its border is blurred correctly
 TILTED = {"tilt": 0.3, "vignetting": 1.0, "seed": 1}
 
 
-def photographed(size=(320, 240), share=0.75, **options):
-    """A Scene as `drawn`, whose blur at the image's border comes from beyond it."""
+def rendered(size=(320, 240), share=0.75, **options):
+    """Return a Scene as `drawn`, with blur across the image's border."""
     wide, high = (side + 2 * BEYOND for side in size)
     scene = drawn(size=(wide, high), share=share * size[0] / wide, **TILTED, **options)
     inner = np.s_[BEYOND:-BEYOND, BEYOND:-BEYOND]
@@ -34,13 +34,13 @@ def photographed(size=(320, 240), share=0.75, **options):
 
 
 @cache
-def seen(blur, noise, share):
-    scene = photographed(blur=blur, noise=noise, share=share)
+def decoded(blur, noise, share):
+    scene = rendered(blur=blur, noise=noise, share=share)
     return scene, decode(scene.images, scene.patterns, scene.grid)
 
 
 def outermost(mask, width=3):
-    """Pixels of the mask so near to its end, or to the image's border."""
+    """Return pixels of the mask near its end or the image's border."""
     inside = cv2.erode(
         np.pad(mask.astype(np.uint8), 1), np.ones((2 * width + 1,) * 2, np.uint8)
     )
@@ -50,8 +50,8 @@ def outermost(mask, width=3):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("blur", BLURS)
 def test_blur_is_measured(blur, noise):
-    """Noise hides what is less than a pixel."""
-    found = seen(blur, noise, 0.75)[1].blur_px
+    """Noise hides a blur below one pixel."""
+    found = decoded(blur, noise, 0.75)[1].blur_px
     assert found == pytest.approx(blur, abs=0.15 if blur < 1 else 0.08)
 
 
@@ -59,23 +59,23 @@ def test_blur_is_measured(blur, noise):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("blur", BLURS)
 def test_border_pixels_have_correct_sigma(blur, noise, share):
-    """With the monitor's rim in the image, and with some of it just outside."""
-    scene, found = seen(blur, noise, share)
-    off = np.abs(found.location - scene.true) / found.sigma
+    """With the monitor's border in the image, and partly just outside."""
+    scene, found = decoded(blur, noise, share)
+    ratio = np.abs(found.location - scene.true) / found.sigma
     assert not found.mask[np.isnan(scene.true[..., 0])].any()
-    rim = off[outermost(found.mask)]
-    assert len(rim) > 1500
-    assert np.mean(rim.max(axis=1) > 6) < 0.001
-    # By how much blur bends phases is known of ten by seven squares. Where that is many
+    border = ratio[outermost(found.mask)]
+    assert len(border) > 1500
+    assert np.mean(border.max(axis=1) > 6) < 0.001
+    # The bias of blur is known for ten by seven blocks. Where that is many
     # standard deviations, no factor of it lets two thirds be within one (`bias`).
-    assert 0.58 < np.mean(off[found.mask] < 1) < 0.82
-    # No more is left out than windows, blur and its light beyond the rim reach.
+    assert 0.58 < np.mean(ratio[found.mask] < 1) < 0.82
+    # No more is excluded than windows, blur and its light can affect.
     assert found.margin_px <= max(6, 4 + 5 * found.blur_px)
 
 
 @pytest.mark.parametrize("power", [0.45, 2.2])
 def test_blur_is_measured_behind_tone_curve(power):
-    scene = photographed(blur=2.0, noise=1.0)
+    scene = rendered(blur=2.0, noise=1.0)
     images = np.rint(255 * (scene.images / 255) ** power).astype(np.uint8)
     found = decode(images, scene.patterns, scene.grid)
     assert 1.9 < found.blur_px < 3.0
@@ -83,7 +83,7 @@ def test_blur_is_measured_behind_tone_curve(power):
 
 def test_blur_of_worst_area_is_returned():
     """One corner out of focus."""
-    sharp, soft = (photographed(blur=blur, noise=1.0) for blur in (0.7, 3.0))
+    sharp, soft = (rendered(blur=blur, noise=1.0) for blur in (0.7, 3.0))
     images = sharp.images.copy()
     images[:, 160:, 214:] = soft.images[:, 160:, 214:]
     found = decode(images, sharp.patterns, sharp.grid)
@@ -92,7 +92,7 @@ def test_blur_of_worst_area_is_returned():
 
 @pytest.mark.parametrize("smooth", [True, False])
 def test_given_blur_and_margin_are_used(smooth):
-    scene = photographed(blur=1.0, noise=1.0)
+    scene = rendered(blur=1.0, noise=1.0)
     found = decode(scene.images, scene.patterns, scene.grid, blur_px=3, smooth=smooth)
     assert (found.blur_px, found.margin_px) == (3, 15 + 3 * smooth)
     found = decode(scene.images, scene.patterns, scene.grid, margin_px=2, smooth=smooth)
@@ -103,7 +103,7 @@ def test_given_blur_and_margin_are_used(smooth):
     "plan", [PatternPlan((4, 4), True), PatternPlan((3, 3), False, 4, (8.0, 8.0))]
 )
 def test_blur_is_measured_without_phases_or_inverses(plan):
-    scene = photographed(blur=2.0, noise=2.0, plan=plan)
+    scene = rendered(blur=2.0, noise=2.0, plan=plan)
     found = decode(
         scene.images, scene.patterns, scene.grid, white=scene.white, black=scene.black
     )
@@ -111,7 +111,7 @@ def test_blur_is_measured_without_phases_or_inverses(plan):
 
 
 def test_blur_is_unknown_without_gray_code():
-    scene = photographed(blur=2.0, noise=1.0, plan=PatternPlan((0, 0), True, 4, (1, 1)))
+    scene = rendered(blur=2.0, noise=1.0, plan=PatternPlan((0, 0), True, 4, (1, 1)))
     found = decode(scene.images, scene.patterns, scene.grid)
     assert (found.blur_px, found.margin_px) == (None, 6)
     assert found.mask.mean() > 0.3
@@ -119,7 +119,7 @@ def test_blur_is_unknown_without_gray_code():
 
 def test_spill_width_depends_on_dark_noise():
     """Photons make more of it where it is bright; what is read there is dark."""
-    scene = photographed(blur=2.0, noise=1.0)
+    scene = rendered(blur=2.0, noise=1.0)
     stack = ImageStack(scene.images, scene.patterns, scene.grid.monitor_px, None, None)
     found = measured_blur(stack, Noise(0.0, 1.0, 0.1))
     on = np.isfinite(scene.true[..., 0])

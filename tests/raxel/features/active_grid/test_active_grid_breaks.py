@@ -26,9 +26,9 @@ def facets(jump, axis):
     """Two facets, so many periods apart along x and less along y."""
 
     def place(u, v, monitor):
-        apart = jump * (from_ridge(axis) > 0) * monitor[0] / 8
-        x = (0.4 + 0.45 * u + 0.1 * v) * monitor[0] + apart
-        return x, (0.5 + 0.6 * v) * monitor[1] + 0.4 * apart
+        distance = jump * (from_ridge(axis) > 0) * monitor[0] / 8
+        x = (0.4 + 0.45 * u + 0.1 * v) * monitor[0] + distance
+        return x, (0.5 + 0.6 * v) * monitor[1] + 0.4 * distance
 
     return place
 
@@ -47,10 +47,10 @@ def scene_of(jump, axis=0, **options):
 
 def standardised(scene, found):
     """(H, W, 2) errors in stated SD; none where the image's border was mirrored."""
-    off = np.abs(found.location - scene.true) / found.sigma
+    ratio = np.abs(found.location - scene.true) / found.sigma
     within = np.zeros(SIZE[::-1], bool)
     within[8:-8, 8:-8] = True
-    return np.where(within[..., None], off, np.nan)
+    return np.where(within[..., None], ratio, np.nan)
 
 
 @pytest.mark.parametrize("jump", JUMPS)
@@ -63,13 +63,13 @@ def test_sigma_is_correct_next_to_breaks(jump, smooth):
             axis = 1 - axis
         scene = scene_of(jump, axis, blur=blur, noise=noise, seed=seed)
         found = decode(scene.images, scene.patterns, scene.grid, smooth=smooth)
-        off, away = standardised(scene, found), np.abs(from_ridge(axis))
+        ratio, away = standardised(scene, found), np.abs(from_ridge(axis))
         # Single pixels are too noisy to show the smallest jump; what noise hides is
         # within their standard deviations.
         if smooth or jump > 0.1:
             assert found.counts()[BROKEN] > 6 * len(away)
             assert not found.mask[away < 2].any()
-        near.append(off[(away < 16) & np.isfinite(off[..., 0])])
+        near.append(ratio[(away < 16) & np.isfinite(ratio[..., 0])])
         lost.append((found.status == breaks.BREAK)[away > found.margin_px + 6])
     near = np.concatenate(near)
     assert 0.60 < np.mean(near < 1) < 0.75

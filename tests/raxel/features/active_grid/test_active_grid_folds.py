@@ -1,4 +1,4 @@
-"""Facets that meet edge to edge: places go on, their steps do not, and sigma knows."""
+"""Folds: positions continue, their steps change, and sigma includes the bias."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def ridge(u, v):
 
 
 def caustic(u, v, monitor):
-    """Places turn round along two lines."""
+    """Positions reverse along two lines."""
     return (0.5 + 0.3 * np.sin(6 * u)) * monitor[0], (0.5 + 0.9 * v) * monitor[1]
 
 
@@ -30,10 +30,12 @@ def near_folds(one, found):
     """(N,) errors in standard deviations along x, within 4 px of a fold."""
     v, u = (np.indices(found.status.shape) - [[[120]], [[160]]]) / 320
     away = 320 / np.hypot(2, 1) * np.minimum(ridge(u, v), 0.5 - ridge(u, v))
-    off = np.abs(found.location - one.true)[..., 0] / found.sigma[..., 0]
-    off[:24] = off[-24:] = np.nan
-    off[:, :24] = off[:, -24:] = np.nan
-    return off[(away < 4) & np.isfinite(off)], off[(away > 12) & np.isfinite(off)]
+    ratio = np.abs(found.location - one.true)[..., 0] / found.sigma[..., 0]
+    ratio[:24] = ratio[-24:] = np.nan
+    ratio[:, :24] = ratio[:, -24:] = np.nan
+    return ratio[(away < 4) & np.isfinite(ratio)], ratio[
+        (away > 12) & np.isfinite(ratio)
+    ]
 
 
 @pytest.mark.parametrize(("blur", "noise"), [(0.7, 1.0), (0.7, 3.0), (2.0, 1.0)])
@@ -50,20 +52,20 @@ def test_sigma_includes_caustic_bias():
     one = drawn(**SCENE, place=caustic, blur=1.0, noise=2.0, seed=3)
     found = decode(one.images, one.patterns, one.grid)
     inner = np.s_[24:-24, 24:-24]
-    off = np.abs(found.location - one.true)[inner] / found.sigma[inner]
-    assert np.nanmean(off < 1) == pytest.approx(0.72, abs=0.07)
-    assert np.nanmean(off < 3) > 0.985
+    ratio = np.abs(found.location - one.true)[inner] / found.sigma[inner]
+    assert np.nanmean(ratio < 1) == pytest.approx(0.72, abs=0.07)
+    assert np.nanmean(ratio < 3) > 0.985
 
 
 def test_fold_bias_matches_formula():
     """Of a window of 7 x 7 pixels it is 6/7 of the change of step; less 8 px away."""
-    off = np.mean(np.abs(np.arange(-3, 4))) / 2
-    assert share_at_folds(4.0) == pytest.approx(off / (8 - 2 * off), rel=0.1)
+    ratio = np.mean(np.abs(np.arange(-3, 4))) / 2
+    assert share_at_folds(4.0) == pytest.approx(ratio / (8 - 2 * ratio), rel=0.1)
 
 
 @pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
 def test_scatter_above_sigma_is_measured(times):
-    """Less than that is none; an axis without phases is not asked."""
+    """Smaller scatter is ignored, and so is an axis without phases."""
     noise = np.random.default_rng(4).normal(0, 0.2 * times, (2, 64, 400))
     sigma = np.full((2, 64, 400), 0.2, np.float32)
     found = position_scatter(noise.astype(np.float32), sigma, np.array([1, 0]))

@@ -1,4 +1,4 @@
-"""Pixels decoded by chance outside the lit area are left out; small facets stay."""
+"""Isolated pixels outside the lit area are excluded; small facets are kept."""
 
 import numpy as np
 import pytest

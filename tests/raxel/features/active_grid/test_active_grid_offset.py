@@ -17,8 +17,8 @@ def test_offset_does_not_change_positions(steps, offset):
     plan = plan_of_cells(MONITOR, 8, steps, offset)
     one = drawn(plan=plan, noise=1.0, blur=1.0)
     found = decode(one.images, one.patterns, one.grid)
-    off = np.abs(found.location - one.true)[found.mask]
+    error = np.abs(found.location - one.true)[found.mask]
     # Pixels at a cell's edge are half a period or more off where the phase is.
-    assert np.max(off / found.sigma[found.mask]) < 6
+    assert np.max(error / found.sigma[found.mask]) < 6
     assert found.mask.mean() > 0.45
     assert examine(one.images, one.patterns, one.grid, found).diagnostics == []

@@ -1,4 +1,4 @@
-"""Places behind a monitor with a gamma and a camera with a tone curve."""
+"""Positions behind a monitor with a gamma and a camera with a tone curve."""
 
 from dataclasses import replace
 from functools import cache
@@ -36,11 +36,11 @@ def shown(gamma, steps, camera=lambda light: light, noise=1.5, **options):
 
 
 @cache
-def seen(gamma, steps, linear=False, **options):
+def decoded(gamma, steps, linear=False, **options):
     scene = shown(gamma, steps, **options)
     found = decode(scene.images, scene.patterns, scene.grid, linear=linear)
-    off = np.abs(found.location - scene.true)[found.mask] / found.sigma[found.mask]
-    return found, [np.mean(off < k) for k in (1, 2, 3)]
+    error = np.abs(found.location - scene.true)[found.mask] / found.sigma[found.mask]
+    return found, [np.mean(error < k) for k in (1, 2, 3)]
 
 
 def shares(psi, steps, waves):
@@ -84,7 +84,7 @@ def test_ripple_share_varies_over_image():
 
 @pytest.mark.parametrize("steps", [3, 4, 5, 6, 8])
 def test_sigma_is_correct_behind_gamma(steps):
-    found, within = seen(2.2, steps)
+    found, within = decoded(2.2, steps)
     assert 0.65 < within[0] < 0.71
     assert 0.94 < within[1] < 0.97
     assert within[2] > 0.99
@@ -98,21 +98,21 @@ def test_sigma_is_correct_behind_gamma(steps):
 @pytest.mark.parametrize("steps", [3, 4])
 def test_uncorrected_gamma_shifts_positions(steps):
     """The fault, and by how much: dark is 10 of 180 grey levels of a Scene."""
-    found, _ = seen(2.2, steps)
-    plain, within = seen(2.2, steps, linear=True)
+    found, _ = decoded(2.2, steps)
+    plain, within = decoded(2.2, steps, linear=True)
     assert within[0] < 0.45
     psi = 2 * np.pi * np.arange(64) / 64
     waves = np.fft.rfft(((10 + 85 * (1 + np.cos(psi))) / 180) ** 2.2)
     e = np.angle(1 + (waves[steps - 1] / waves[1]).real * np.exp(-1j * psi))
-    off = np.sqrt(np.mean(e**2)) / (2 * np.pi)
+    error = np.sqrt(np.mean(e**2)) / (2 * np.pi)
     size = [own.size for own in found.response]
-    assert size == pytest.approx([300 / 8 * off, 180 / 8 * off], rel=0.05)
+    assert size == pytest.approx([300 / 8 * error, 180 / 8 * error], rel=0.05)
     assert all(own.size is None for own in plain.response)
 
 
 def test_linear_response_is_not_corrected():
-    found, _ = seen(1.0, 4)
-    plain, _ = seen(1.0, 4, linear=True)
+    found, _ = decoded(1.0, 4)
+    plain, _ = decoded(1.0, 4, linear=True)
     assert [own.ripple.steps for own in found.response] == [0, 0]
     np.testing.assert_array_equal(found.location, plain.location)
     np.testing.assert_array_equal(found.status, plain.status)
@@ -128,7 +128,7 @@ def filling(light):
 def test_correction_varies_with_saturation(steps):
     """Its harmonics fall with the light towards the corners."""
     options = {"camera": filling, "noise": 1.0, "vignetting": 1.2}
-    found, within = seen(1.6, steps, **options)
+    found, within = decoded(1.6, steps, **options)
     assert 0.63 < within[0] < 0.72
     assert np.abs(found.response[0].ripple.share[[3, 5]]).max() > 0.002
 
@@ -148,7 +148,7 @@ def test_ripple_of_three_pixels_is_measured(steps, camera):
     """Means of seven pixels hold more than one of them."""
     gamma, curve = (1.0, camera) if camera else (2.2, lambda light: light)
     fine = {"size": (240, 180), "cells": int(65 / steps), "noise": 1.0}
-    found, within = seen(gamma, steps, camera=curve, **fine)
+    found, within = decoded(gamma, steps, camera=curve, **fine)
     assert not any(own.bound or own.remaining is None for own in found.response)
     assert within[0] > 0.65
     assert within[1] > 0.945
@@ -160,13 +160,13 @@ FINEST = {"cells": 36, "noise": 1.0, "size": (280, 210)}
 
 
 def test_fine_stripes_give_response_bound():
-    found, within = seen(2.2, 4, **FINEST)
+    found, within = decoded(2.2, 4, **FINEST)
     assert [own.ripple.steps for own in found.response] == [0, 0]
     assert within[1] > 0.95
     (line, _) = response_warnings(found, False)
-    assert line.startswith("places along x may be off by up to ")
+    assert line.startswith("axis x: positions may be shifted by up to ")
     assert "take six steps" in line
-    linear, _ = seen(1.0, 4, **FINEST)
+    linear, _ = decoded(1.0, 4, **FINEST)
     for own, other in zip(linear.response, found.response, strict=True):
         assert own.remaining < 0.1 * other.remaining
 
@@ -174,7 +174,7 @@ def test_fine_stripes_give_response_bound():
 @pytest.mark.parametrize("blur", [0.0, 0.7])
 @pytest.mark.parametrize("steps", [4, 5])
 def test_response_bound_covers_s_curves(steps, blur):
-    found, within = seen(1.0, steps, camera=HARD, blur=blur, **FINEST)
+    found, within = decoded(1.0, steps, camera=HARD, blur=blur, **FINEST)
     assert [own.bound for own in found.response] == [True, True]
     assert within[1] > 0.94
     assert response_warnings(found, False)
@@ -225,15 +225,15 @@ def test_response_bounds_are_valid_and_tight(steps):
     """In shares of a_1 that matter: 0.001 are less than 0.0002 of a period."""
     for power in (0.45, 0.7, 1.2, 1.8, 2.0, 2.2, 2.4):
         waves = answered(lambda light, power=power: light**power)
-        off = abs(waves[steps - 1] - waves[steps + 1])
+        error = abs(waves[steps - 1] - waves[steps + 1])
         bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
-        assert off < bound + 1e-5
-        assert bound < 20 * max(off, 0.0015)
+        assert error < bound + 1e-5
+        assert bound < 20 * max(error, 0.0015)
 
 
 def test_oblique_stripes_are_excluded():
     """From side to side of it, the phase of a period of 5.4 px seems to stand still."""
-    found, within = seen(2.2, 4, cells=36, noise=1.0, size=(240, 180))
+    found, within = decoded(2.2, 4, cells=36, noise=1.0, size=(240, 180))
     assert not any(own.ripple.steps for own in found.response)
     assert within[1] > 0.95
 
@@ -249,7 +249,7 @@ def test_blur_is_not_an_s_curve():
         SimpleNamespace(
             shape=psi.shape,
             images=[100 + 50 * kept * np.cos(psi + step) for step in steps],
-            apart=lambda _, at: np.full(len(at[0]), 100.0),
+            difference=lambda _, at: np.full(len(at[0]), 100.0),
         ),
         SimpleNamespace(steps=range(4), bits=((0, 1),)), Noise(1.0), 1.5,
     )  # fmt: skip
@@ -271,15 +271,15 @@ def test_fit_covariance_propagates_to_phases():
     assert _of_fit(root @ root.T, used, basis) == pytest.approx(due, rel=0.06)
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.5])
-def test_inconsistent_pieces_increase_covariance(apart):
-    """Their numbers scatter by so much beside their noise of 1."""
+@pytest.mark.parametrize("spread", [0.0, 0.5])
+def test_inconsistent_pieces_increase_covariance(spread):
+    """Their coefficients scatter by so much in addition to noise of 1."""
     rng, usual = np.random.default_rng(7), np.full(2, 1e3)
     slopes, weights = rng.normal(size=(40, 32, 2)), np.ones(40)
     moment = np.linalg.inv(np.einsum("skp,skq->pq", slopes, slopes))
     found, stated = [], []
     for _ in range(200):
-        own = apart * rng.normal(size=(40, 2, 1))
+        own = spread * rng.normal(size=(40, 2, 1))
         rest = (slopes @ own)[..., 0] + rng.normal(size=(40, 32))
         found.append(moment @ np.einsum("skp,sk->p", slopes, rest))
         remaining = rest - slopes @ found[-1]
