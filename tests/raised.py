@@ -10,3 +10,8 @@ def raises_code(code):
     return pytest.raises(
         InputError, check=lambda e: e.code == code and str(e).isprintable()
     )
+
+
+def raises_line(match):
+    """Require an InputError whose message matches and is one line."""
+    return pytest.raises(InputError, match=match, check=lambda e: str(e).isprintable())

@@ -42,7 +42,7 @@ def test_pictures_exchanged(tmp_path, capsys, folder):
         (lambda i: i[:-1], "gray-y-01.png: 160 x 119 px differs from resolution"),
         (
             lambda i: i.astype(np.uint16) * 257,
-            "gray-y-01.png: 16 bit differs from 8 bit of gray-x-00.png; save all images",
+            "gray-y-01.png: 16 bit differs from 8 bit of gray-x-00.png; save all",
         ),
     ],
 )

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from raxel.errors import InputError
 from raxel.lab.optics import Crop, Optics, gaussian_blur, magnified
 from raxel.lab.textures import LUMINANCE
+from tests.raised import raises_line
 
 
 def edge(height, width, at, slope):
@@ -127,9 +127,8 @@ def test_perfect_lens_changes_nothing():
     ],
 )
 def test_invalid_lens_is_rejected(field, values):
-    with pytest.raises(InputError, match=f"^field '{field}': ") as fault:
+    with raises_line(f"^field '{field}': "):
         Optics(**values)
-    assert "\n" not in str(fault.value)
 
 
 @pytest.mark.parametrize("fineness", [2, 3])

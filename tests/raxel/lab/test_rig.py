@@ -13,6 +13,7 @@ from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import rig as rig_limits
 from raxel.lab.rig import load_rig, pattern_plan
 from raxel.lab.target_poses import AroundPoses, DrawnPoses, Visibility, outline_of
+from tests.raised import raises_line
 
 RIGS = sorted((Path(__file__).resolve().parents[3] / "data" / "rigs").glob("*.yaml"))
 ORIGINS = {"thesis", "data sheet", "physics", "choice"}
@@ -267,9 +268,8 @@ BAD = {
 def test_invalid_rigs_are_rejected_with_file_and_field(tmp_path, case):
     changes, message = BAD[case]
     path = changed(tmp_path / "bad.yaml", **changes)
-    with pytest.raises(InputError, match=f"bad.yaml: {message}") as fault:
+    with raises_line(f"bad.yaml: {message}"):
         load_rig(path)
-    assert "\n" not in str(fault.value)
 
 
 def test_rig_exceeding_memory_is_rejected(tmp_path, monkeypatch):
@@ -281,9 +281,8 @@ def test_rig_exceeding_memory_is_rejected(tmp_path, monkeypatch):
 
 def test_impossible_pose_ranges_are_rejected(tmp_path):
     path = changed(tmp_path / "near.yaml", poses__distance=leaf([20, 25], "mm"))
-    with pytest.raises(InputError, match=r"near.yaml: poses: 0 of 2 ") as fault:
+    with raises_line(r"near.yaml: poses: 0 of 2 "):
         load_rig(path).draw_poses(np.random.default_rng(0), 2)
-    assert "\n" not in str(fault.value)
 
 
 def test_missing_rig_file_is_rejected(tmp_path):

@@ -103,7 +103,7 @@ def excluded(number):
         (lambda v: v.update(white="none.png"), "white: no file 'none.png' in"),
         (
             lambda v: [p.update(periods=600.0) for p in v["patterns"][12:16]],
-            "patterns[12].periods: 600 periods on 1024 px of the monitor; give at most 512",
+            "patterns[12].periods: 600 periods on 1024 px of the monitor; give at",
         ),
         (
             lambda v: [p.update(cell_px=100.0) for p in v["patterns"][:6]],
