@@ -53,8 +53,7 @@ def test_json_is_indented(tmp_path):
 def test_written_file_has_default_permissions(tmp_path):
     (tmp_path / "ordinary").write_text("")
     write_whole(tmp_path / "ours", "")
-    modes = {path.stat().st_mode for path in tmp_path.iterdir()}
-    assert len(modes) == 1
+    assert len({path.stat().st_mode for path in tmp_path.iterdir()}) == 1
 
 
 def test_missing_folder_is_reported(tmp_path):

@@ -88,8 +88,7 @@ def test_example_producers_run():
     assert isinstance(made["fig_2_3"]({}), outcomes.Drawing)
     judge = made["judge_noise_linear"]
     (mark,) = judge.repro_marks
-    readings = in_every_reading(judge, {}, open_questions(ROOT), mark["readings"])
-    assert len(readings) == 4
+    assert len(in_every_reading(judge, {}, open_questions(ROOT), mark["readings"])) == 4
     book = load(ROOT)
     assert mark["id"] in book.claims
     assert "fig_2_3" in book.artefacts

@@ -203,7 +203,6 @@ def test_manual_setup_errors_have_stated_deviation():
 
 def test_shadow_edge_is_gaussian():
     shadow = Shadow(np.array([3.0, -2.0]), 0.4, 40.0, 5.0)
-    away = 40 + 5 * np.linspace(-2, 2, 9)
-    positions = shadow.middle + away[:, None] * [0.6, 0.8]
+    positions = shadow.middle + (40 + 5 * np.linspace(-2, 2, 9))[:, None] * [0.6, 0.8]
     expected = 1 - 0.4 * norm.sf(np.linspace(-2, 2, 9))
     np.testing.assert_allclose(shadow.passes(positions), expected, rtol=1e-9)

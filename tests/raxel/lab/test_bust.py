@@ -21,8 +21,7 @@ def test_bust_relief_faces_viewer():
     names, points = BUST.landmarks()
     assert len(set(names)) == len(points) > 15
     assert (points[:, 2] < 0).all()
-    nose = points[names.index("tip of the nose")]
-    assert nose[2] == points[:, 2].min()
+    assert points[names.index("tip of the nose")][2] == points[:, 2].min()
     assert (np.abs(points[:, :2]) < np.array(BUST.size) / 2).all()
 
 
@@ -46,8 +45,7 @@ def test_axis_parallel_ray_hits_relief():
     x, y, z = hit.uv[0, 0] / 10, 1.37, 2.5
     i, fx, fy = int(x), x % 1, y - 1
     h = relief.heights[1:3, i : i + 2]
-    over = (h[0] * (1 - fy) + h[1] * fy) @ [1 - fx, fx]
-    assert over == pytest.approx(z, abs=1e-9)
+    assert ((h[0] * (1 - fy) + h[1] * fy) @ [1 - fx, fx]) == pytest.approx(z, abs=1e-9)
     assert np.isinf(relief.hit(np.array([[np.nan] * 3]), np.eye(3)[:1]).distance).all()
 
 

@@ -83,8 +83,7 @@ def test_monitor_pixels_are_means_over_rays(pattern):
     """Against 48 x 48 rays of each pixel, away from the monitor's border."""
     camera = FisheyeCamera("equidistance", 30, (24.2, 17.7), 50, 36, 1.5)
     R = rotation_from_vector([0.2, -0.3, 0.25])
-    T = pose(R, [0, 0, 90] - R @ [64, 48, 0])
-    scene = monitor_scene(GRID, T)
+    scene = monitor_scene(GRID, pose(R, [0, 0, 90] - R @ [64, 48, 0]))
     texture = MonitorPattern(GRID.monitor_px, GRID.monitor_mm, pattern)
     image = trace(camera, np.eye(4), scene).shade({0: texture})
     fine = (np.arange(48) + 0.5) / 48 - 0.5

@@ -103,12 +103,10 @@ def test_fast_pattern_shading_matches_renderer(tmp_path, turn):
     rig = rig_of(tmp_path, small_rig(**CELLS))
     T = pose(rotation_from_vector([0.2, turn, 0.1]), [-55, -62, 150])
     sight = MonitorSight(rig, T)
-    scene = monitor_scene(rig.target, T, **rig.radiances)
-    traced = trace(rig.camera, np.eye(4), scene)
+    traced = trace(rig.camera, np.eye(4), monitor_scene(rig.target, T, **rig.radiances))
     respond, size = rig.monitor.radiance, (rig.target.monitor_px, rig.target.monitor_mm)
     for pattern in patterns_of(rig.patterns):
-        texture = MonitorPattern(*size, pattern, respond)
-        exact = traced.shade({0: texture})
+        exact = traced.shade({0: MonitorPattern(*size, pattern, respond)})
         np.testing.assert_allclose(sight.pattern(pattern), exact, atol=2e-6)
     exact = traced.shade({0: MonitorLevel(0.5, respond)})
     np.testing.assert_allclose(sight.level(0.5), exact, atol=2e-6)
@@ -130,14 +128,12 @@ def test_monitor_truth_matches_camera_rays(name):
     on &= ((met >= 0) & (met <= size)).all(axis=1)
     assert 100 < np.count_nonzero(on) < 0.9 * len(on)
     expected = np.where(on[:, None], met, np.nan).astype(np.float32)
-    found = points_seen(camera, T, size)
-    np.testing.assert_array_equal(found.reshape(-1, 2), expected)
+    np.testing.assert_array_equal(points_seen(camera, T, size).reshape(-1, 2), expected)
 
 
 def test_chessboard_and_patterns_share_pose(tmp_path):
     """Corners found in its image, looked up in the decoded grid, are its points."""
-    rig = rig_of(tmp_path, small_rig(**CELLS))
-    rendered = render_set(rig, tmp_path / "set", 3)
+    rendered = render_set(rig_of(tmp_path, small_rig(**CELLS)), tmp_path / "set", 3)
     assert [view.label for view in rendered.views] == ["near", "pose-001"]
     assert [view.chessboard for view in rendered.views] == ["near/chessboard.png", None]
     assert len(rendered.views[0].files) == len(rendered.views[1].files) + 1

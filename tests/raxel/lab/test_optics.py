@@ -28,8 +28,7 @@ def box_erf(x, sd):
 )
 def test_blurred_edge_is_error_function(sd, most):
     height, width, at, slope = 121, 101, 50.0, 0.05
-    image = edge(height, width, at, slope)
-    blurred = Optics(blur_sd_px=(sd, sd)).apply(image)
+    blurred = Optics(blur_sd_px=(sd, sd)).apply(edge(height, width, at, slope))
     inner = slice(40, 81)
     v, u = np.mgrid[inner, :width]
     across = (u - (at + slope * v)) / np.hypot(1, slope)
@@ -57,11 +56,9 @@ def test_blur_grows_with_squared_radius():
     for position in (120, 160, 200, 225):
         point = np.zeros((size, size), np.float32)
         point[position, position] = 1
-        spread = optics.apply(point)
-        across = spread.sum(axis=0)
+        across = optics.apply(point).sum(axis=0)
         mean = away @ across / across.sum()
-        share = 2 * (position - 120) ** 2 / half_diagonal**2
-        expected = 0.36 + (1.96 - 0.36) * share
+        expected = 0.36 + (1.96 - 0.36) * (2 * (position - 120) ** 2 / half_diagonal**2)
         variance = (away - mean) ** 2 @ across / across.sum()
         # Each pixel gathers with its own width: a point's spread is a little uneven.
         assert variance == pytest.approx(expected, rel=0.01, abs=2e-3)
@@ -105,8 +102,7 @@ def test_magnified_smooth_image_is_exact():
     def wave(u, v):
         return np.sin(u / 5) * np.cos(v / 7)
 
-    centre = np.array([40.0, 30.0])
-    larger = magnified(wave(u, v).astype(np.float32), 1.01, centre)
+    larger = magnified(wave(u, v).astype(np.float32), 1.01, np.array([40.0, 30.0]))
     truth = wave(40 + (u - 40) / 1.01, 30 + (v - 30) / 1.01)
     assert np.abs(larger - truth)[4:-4, 4:-4].max() < 2e-3
 

@@ -70,8 +70,7 @@ def test_rendered_corners_are_detected():
     T = pose(R, [0, 0, 130] - R @ [30, 20, 0])
     image = cv2.GaussianBlur(render(camera, HERE, board_scene(board, T)), (0, 0), 1.0)
     truth = camera.project(transform(T, np.insert(board.points(), 2, 0, axis=1))).pixels
-    found = refine((60000 * image).astype(np.uint16), truth + 0.3, 7, 5)
-    error = found - truth
+    error = refine((60000 * image).astype(np.uint16), truth + 0.3, 7, 5) - truth
     assert np.median(np.linalg.norm(error, axis=1)) < 0.02
     assert np.abs(error.mean(axis=0)).max() < 0.01
 
@@ -123,8 +122,7 @@ def test_image_sum_is_independent_of_edge_position():
     for shift in ([0, 0], [0.2, 0.7], [-0.41, 0.13]):
         camera = OrthographicCamera(5, [30 + shift[0], 30 + shift[1]], 80, 70)
         scene = TexturedScene(((Rectangle(HERE, *size, corner), board),))
-        T = pose(np.eye(3), [0, 0, -50])
-        sums.append(render(camera, T, scene).sum())
+        sums.append(render(camera, pose(np.eye(3), [0, 0, -50]), scene).sum())
     black = 15 * 25
     assert np.ptp(sums) < 2
     assert sums[0] == pytest.approx(25 * size.prod() - black, rel=2e-3)
@@ -166,8 +164,7 @@ def test_row_blocks_do_not_change_image(monkeypatch):
 def test_visible_share_of_surface():
     T = pose(np.eye(3), [0, 0, 50])
     half = Rectangle(T, 100, 100, (-50, 4.5))
-    most = Rectangle(T, 100, 100, (-50, 1.5))
-    assert visible_share(ORTHO, HERE, most) == 0.8
+    assert visible_share(ORTHO, HERE, Rectangle(T, 100, 100, (-50, 1.5))) == 0.8
     assert visible_share(ORTHO, HERE, half) == 0.5
     back = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
     assert visible_share(ORTHO, HERE, back) == 0

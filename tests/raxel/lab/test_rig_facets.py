@@ -88,8 +88,7 @@ def test_facet_camera_requires_visible_monitor(tmp_path):
     visible = pose(rotation_from_vector(np.array([0, np.pi, 0])), [80, -60, -20])
     assert rig.shows(visible)
     assert not rig.shows(pose(np.eye(3), [-80, -60, 400]))
-    from_back = pose(np.eye(3), [-80, -60, -20])
-    assert not rig.shows(from_back)
+    assert not rig.shows(pose(np.eye(3), [-80, -60, -20]))
 
 
 def test_chessboard_with_facets_is_rejected(tmp_path):

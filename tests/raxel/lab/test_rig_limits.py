@@ -149,8 +149,7 @@ def test_integers_may_be_written_as_floats(tmp_path):
 
 def test_decreasing_blur_ends_at_zero():
     optics = Optics(blur_sd_px=(2.0, 0.0), centre_px=(0.0, 0.0))
-    rng = np.random.default_rng(0)
-    image = rng.random((40, 60)).astype(np.float32)
+    image = np.random.default_rng(0).random((40, 60)).astype(np.float32)
     far = optics.apply(image)[-3:, -3:]
     np.testing.assert_allclose(far, image[-3:, -3:], atol=1e-6)
 

@@ -16,8 +16,7 @@ T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
 def random_rays(seed=0, count=4000, spread=150.0):
     rng = np.random.default_rng(seed)
     origins = rng.normal(0, spread, (count, 3))
-    aims = transform(T, rng.normal(0, 25, (count, 3)))
-    directions = aims - origins
+    directions = transform(T, rng.normal(0, 25, (count, 3))) - origins
     return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
@@ -62,11 +61,9 @@ def test_cylinder_hits_nearest_first():
     np.testing.assert_allclose(np.hypot(*points[:, :2].T), 17, atol=1e-10)
     assert (points[:, 2] >= 0).all()
     assert (points[:, 2] <= 40).all()
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    uv = np.column_stack([17 * angle, points[:, 2]])
+    uv = np.column_stack([17 * np.arctan2(points[:, 1], points[:, 0]), points[:, 2]])
     np.testing.assert_allclose(uv, hit.uv[visible], atol=1e-9)
-    centre = transform(T, np.array([[0, 0, 20.0]]))
-    inside = cylinder.hit(centre, directions)
+    inside = cylinder.hit(transform(T, np.array([[0, 0, 20.0]])), directions)
     across = np.linalg.norm(np.cross(directions, T[:3, 2]), axis=1)
     steep = across > 0.8
     np.testing.assert_allclose((inside.distance * across)[steep], 17, rtol=1e-12)
@@ -82,8 +79,7 @@ def height_at(relief, x, y):
 
 @pytest.mark.parametrize("steepness", [0.0, 1.0, 12.0])
 def test_relief_hit_is_first_intersection(steepness):
-    rng = np.random.default_rng(3)
-    relief = Relief(T, steepness * rng.normal(0, 1, (10, 12)), 5.0)
+    relief = Relief(T, steepness * np.random.default_rng(3).normal(0, 1, (10, 12)), 5.0)
     origins, directions = random_rays(4, 800)
     hit, visible, points = met_points(relief, origins, directions)
     heights = height_at(relief, *(points[:, :2].T / 5))
@@ -98,16 +94,14 @@ def test_relief_hit_is_first_intersection(steepness):
     x, y, z = np.moveaxis(walk, -1, 0)
     over = (x >= 0) & (x <= 55) & (y >= 0) & (y <= 45)
     gap = z - height_at(relief, np.clip(x / 5, 0, 11), np.clip(y / 5, 0, 9))
-    both = over[:, 1:] & over[:, :-1] & (gap[:, 1:] * gap[:, :-1] < -1e-9)
-    assert not both.any()
+    assert not (over[:, 1:] & over[:, :-1] & (gap[:, 1:] * gap[:, :-1] < -1e-9)).any()
 
 
 def test_box_is_closed():
     faces = box(T, (30, 20, 10))
     scene = TexturedScene(tuple((face, Plain(0.5)) for face in faces))
     _, directions = random_rays(6)
-    middle = transform(T, np.array([[15.0, 10, 5]]))
-    part, _, _ = scene.hit(middle, directions)
+    part, _, _ = scene.hit(transform(T, np.array([[15.0, 10, 5]])), directions)
     assert (part >= 0).all()
     assert len(np.unique(part)) == 6
     for face in faces:

@@ -144,8 +144,7 @@ def tagged(image, **changed):
         274: (changed.get("kind", 3), changed.get("orientation", 1)), 277: (3, 1),
         278: (4, height), 279: (4, image.nbytes),
     }  # fmt: skip
-    end = 8 + 2 + 12 * len(tags) + 4
-    tags[273] = (4, end)
+    tags[273] = (4, (8 + 2 + 12 * len(tags) + 4))
     # A value of two bytes lies in the first of the four that an entry has for it.
     entries = b"".join(
         struct.pack(order + "HHI", tag, kind, 1)
@@ -174,8 +173,7 @@ def test_tiff_orientation_is_ignored(tmp_path, orientation, depth, order, by):
 def test_min_is_white_tiff_is_inverted(tmp_path, depth):
     image = np.arange(12 * 20, dtype=depth).reshape(12, 20)
     data = tagged(np.iinfo(depth).max - image, photometric=0)
-    found = read(tmp_path / "a.tif", data, image.shape)
-    np.testing.assert_array_equal(found, image)
+    np.testing.assert_array_equal(read(tmp_path / "a.tif", data, image.shape), image)
 
 
 def test_tiff_with_alpha_is_rejected(tmp_path, grey_image):

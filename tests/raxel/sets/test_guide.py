@@ -40,8 +40,7 @@ def test_guide_examples_are_valid_sets(tmp_path, change):
     views = change.get("views", PLAIN)
     width, height = DESCRIPTION["resolution"]
     for view in views:
-        path = str(tmp_path / view["image"])
-        cv2.imwrite(path, np.zeros((height, width), np.uint8))
+        cv2.imwrite(str(tmp_path / view["image"]), np.zeros((height, width), np.uint8))
     write_description(tmp_path, DESCRIPTION | {"views": views} | change)
     image_set = load_set(tmp_path)
     assert len(image_set.views) == len(views)

@@ -141,8 +141,7 @@ def test_monitor_chessboard_needs_surrounding_square(tmp_path, grid, origin, fou
 def test_code_finer_than_pixels_needs_cell_px(tmp_path):
     """Ten bits along 768 px: not cells of 0.75 px, but of one, truncated at the end."""
     patterns = patterns_of(plan_of_cells(SIZE, 2, 4))
-    gray = [p for p in patterns if p.kind == "gray"]
-    data = described(tmp_path, gray)
+    data = described(tmp_path, ([p for p in patterns if p.kind == "gray"]))
     for entry in data["views"][0]["patterns"]:
         entry["of"] = 10
         del entry["cell_px"]

@@ -90,8 +90,7 @@ def test_chessboard_image_matches_simulator():
     v, u = np.indices(size[::-1])
     uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
     shown = MonitorBoard(size, None, board).radiance(uv, np.ones(len(uv)))
-    sent = chessboard_image(board, size)
-    np.testing.assert_array_equal(sent.ravel(), 255 * shown)
+    np.testing.assert_array_equal(chessboard_image(board, size).ravel(), 255 * shown)
 
 
 @pytest.mark.parametrize("size", [(97, 61), (1366, 768)])

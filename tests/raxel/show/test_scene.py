@@ -28,8 +28,7 @@ def test_scene_fills_axes():
     axes[1].set(xlabel="Place (mm)", ylabel="Place (mm)")
     space.draw_scene(axes[0], Scene([Surface(SHEET, "#ff0000")], **VIEW))
     height, width = axes[0].images[0].get_array().shape[:2]
-    wanted = style.WIDTH_IN * 0.25 / 2.0
-    assert width / height == pytest.approx(wanted, rel=0.02)
+    assert width / height == pytest.approx((style.WIDTH_IN * 0.25 / 2.0), rel=0.02)
     middle = axes[0].images[0].get_array()[height // 2, width // 2]
     assert middle[0] > 100
     assert middle[1:3].max() < 60
@@ -92,8 +91,7 @@ def test_figure_decorator_stores_scene(tmp_path, monkeypatch, mark, scene, good)
         return
     draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
     about = json.loads(out.read_text())
-    opened = {"scene": "3-D", "film": "film"}.get(scene, "")
-    assert about["scene"] == opened
+    assert about["scene"] == {"scene": "3-D", "film": "film"}.get(scene, "")
     assert about["lines"] is True
     assert about["source"] == ["ch09_try/s9_scene/page.py", "fig_9_9"]
     assert out.with_suffix(".html").is_file() is bool(mark)

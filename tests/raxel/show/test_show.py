@@ -109,8 +109,7 @@ def test_framed_view_is_tight(seed):
         rng.normal(size=(30, 3)) * rng.uniform(1, 100, 3) + rng.normal(size=3) * 1e3
     )
     scene = framed([Points(points, "k")], rng.normal(size=3), scale="")
-    pixels = projected(scene, points, 720, 480)
-    reach = np.abs(pixels - [359.5, 239.5]) / [360, 240]
+    reach = np.abs(projected(scene, points, 720, 480) - [359.5, 239.5]) / [360, 240]
     assert reach.max() == pytest.approx(0.9, abs=0.01)
 
 
@@ -121,8 +120,7 @@ def test_image_matches_camera_projection():
     T = pose(rotation_from_vector([0.3, -0.4, 0.2]), [-30, -20, 300])
     parts = board(chess, T)
     marks = Points(transform(T, [[-20, -20, 0]]), "#ff0000", size=10)
-    scene = Scene([*parts, marks], (0, 0, 0), (0, 0, 300))
-    image = image_array(scene).astype(int)
+    image = image_array(Scene([*parts, marks], (0, 0, 0), (0, 0, 300))).astype(int)
     height, width, _ = image.shape
     focal = height / 2 / np.tan(np.radians(15))
     K = [[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]]
@@ -130,8 +128,7 @@ def test_image_matches_camera_projection():
         "perspective", {"K": K, "radial": [], "width": width, "height": height}
     )
     cells = np.array([[10, 10], [30, 10], [-10, 10], [-10, -10], [30, 30], [50, 10]])
-    visible = camera.project(transform(T, on_plane(cells))).pixels
-    u, v = np.round(visible).astype(int).T
+    u, v = np.round(camera.project(transform(T, on_plane(cells))).pixels).astype(int).T
     assert (image[v, u].mean(axis=1) > 128).tolist() == [
         True, False, False, True, True, True,
     ]  # fmt: skip
@@ -165,8 +162,7 @@ def test_nearer_sheet_occludes_farther():
 
     assert shown([near, far], -6) == shown([far, near], -6) == 0
     assert shown([near, far], 6) == 1
-    only_back = image_array(Scene([near], (0, 0, 6), (0, 0, 0)))
-    assert (only_back == 255).all()
+    assert (image_array(Scene([near], (0, 0, 6), (0, 0, 0))) == 255).all()
 
 
 def small_scene():

@@ -37,8 +37,7 @@ def test_view_direction_shows_most_fronts():
 
 
 def test_label_is_above_centre():
-    points = np.array([[0.0, -3, 10], [4, 5, 20], [1, 1, 11]])
-    label = _name("mirror", points, 2.0)
+    label = _name("mirror", np.array([[0.0, -3, 10], [4, 5, 20], [1, 1, 11]]), 2.0)
     np.testing.assert_array_equal(label.points, [[2.0, -5.0, 15.0]])
     assert list(label.texts) == ["mirror"]
 
@@ -69,8 +68,7 @@ def test_legend_uses_part_colours():
 @has_pyvista
 def test_arrow_head_is_at_end():
     width = 0.5
-    mesh = _arrows(np.array([[[0.0, 0, 0], [10, 0, 0]]]), width)
-    points = np.asarray(mesh.points)
+    points = np.asarray(_arrows(np.array([[[0.0, 0, 0], [10, 0, 0]]]), width).points)
     radius = np.hypot(points[:, 1], points[:, 2])
     assert radius.max() == pytest.approx(HEAD_RADIUS * width, rel=1e-5)
     widest = points[radius > 0.99 * radius.max(), 0]

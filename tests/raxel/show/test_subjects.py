@@ -77,8 +77,7 @@ def test_mirror_camera_scene_has_caustic():
     scene = camera_scene(camera)
     (sheet,) = of_kind(scene, Surface, "mirror")
     starts = finite_points(of_kind(scene, Points, "start of a ray")[0])
-    from_middle = np.linalg.norm(sheet.points - [0, 0, 130], axis=2)
-    assert from_middle == pytest.approx(30)
+    assert np.linalg.norm(sheet.points - [0, 0, 130], axis=2) == pytest.approx(30)
     assert np.linalg.norm(starts - [0, 0, 130], axis=1) == pytest.approx(30)
     (caustic,) = of_kind(scene, Points, "caustic, sheet 1")
     assert (np.linalg.norm(caustic.points - [0, 0, 130], axis=1) < 30).all()
@@ -94,8 +93,7 @@ def test_rig_scene_uses_rendered_poses(path, monkeypatch):
     requested = []
 
     def noted(rig, rng, count, draw=Rig.draw_poses):
-        begins = rng.bit_generator.state
-        requested.append((begins, count, draw(rig, rng, count)))
+        requested.append((rng.bit_generator.state, count, draw(rig, rng, count)))
         return requested[-1][2]
 
     monkeypatch.setattr(Rig, "draw_poses", noted)
@@ -122,8 +120,7 @@ def test_set_scene_uses_truth_or_calibrates(tmp_path):
     ]
     assert len(sheets) == len(drawn)
     # The first board stands upright at 9.5 pitches of 20 mm.
-    depth = sheets[0].points[..., 2]
-    assert depth == pytest.approx(190, rel=0.02)
+    assert sheets[0].points[..., 2] == pytest.approx(190, rel=0.02)
     assert "6 of 6 boards; camera by Zhang's method" in scene.note
     truth = tmp_path / "set" / "truth"
     truth.mkdir()

@@ -27,8 +27,7 @@ def with_noise(noise):
 
 
 def share_of_lit(scene, found):
-    on = np.isfinite(scene.true[..., 0])
-    return found.mask[on].mean()
+    return found.mask[np.isfinite(scene.true[..., 0])].mean()
 
 
 def errors(scene, found):
@@ -98,15 +97,13 @@ def test_cells_are_correct_at_blurred_edges(shift):
     scene = drawn(size=(540, 405), noise=4.0, blur=2.0, shift=shift, seed=2)
     for options in ({}, {"smooth": False}):
         found = decoded(scene, margin_px=9, **options)
-        error = np.abs(errors(scene, found))
-        assert error.max() < 0.15 * 300 / 8
+        assert np.abs(errors(scene, found)).max() < 0.15 * 300 / 8
     assert found.mask.size > 200_000
     assert share_of_lit(scene, decoded(scene, margin_px=9)) > 0.9
 
 
 def test_gray_code_alone_gives_cell_centres():
-    plan = PatternPlan((5, 6), True)
-    scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
+    scene = drawn(size=(240, 180), plan=PatternPlan((5, 6), True), noise=2.0, blur=0.7)
     found = decoded(scene)
     cell = np.divide(scene.grid.monitor_mm, (32, 64))
     error = np.abs(errors(scene, found))
@@ -138,8 +135,7 @@ def test_strips_do_not_change_result():
     found = decoded(scene)
     assert share_of_lit(scene, found) > 0.5
     assert np.abs(errors(scene, found) / found.sigma[found.mask]).max() < 6.5
-    across = found.mask[16]
-    assert across[1150:1350].all()
+    assert found.mask[16][1150:1350].all()
 
 
 @pytest.mark.parametrize("with_white", [True, False])
@@ -163,8 +159,7 @@ def test_smoothing_stops_at_jumps():
 
     scene = drawn(size=(240, 180), place=halves, noise=2.0)
     found = decoded(scene, neighbours=True, fill=True, margin_px=0)
-    error = np.abs(found.location - scene.true) / found.sigma
-    assert np.nanmax(error) < 6.5
+    assert np.nanmax(np.abs(found.location - scene.true) / found.sigma) < 6.5
     raw = decoded(scene, smooth=False, margin_px=0).sigma
     ratio = found.sigma[90, :, 1] / raw[90, :, 1]
     assert np.all(ratio[119:121] > 0.8)
@@ -192,8 +187,7 @@ def test_noise_is_estimated_from_images():
 def test_noise_estimate_ignores_overexposed_pixels():
     """They are all equal, whatever the scatter of their light."""
     rng = np.random.default_rng(1)
-    ramp = np.linspace(40, 340, 400)[None, :]
-    images = rng.normal(ramp, 4.0, (4, 300, 400))
+    images = rng.normal(np.linspace(40, 340, 400)[None, :], 4.0, (4, 300, 400))
     images = np.clip(np.rint(images), 0, 250).astype(np.uint8)
     found = estimate_noise(list(images), 250)
     level = np.array([60.0, 140.0, 220.0])
@@ -209,8 +203,7 @@ def test_masked_pixels_are_counted_by_reason():
     counts = found.counts()
     assert sum(counts.values()) == found.mask.size
     assert counts["overexposed"] + counts["too little contrast"] > 600
-    on = np.isfinite(scene.true[..., 0])
-    assert not found.mask[~on].any()
+    assert not found.mask[~np.isfinite(scene.true[..., 0])].any()
     assert counts["at the rim of the lit area"] > 1000
     assert not found.mask[100, 50]
     filled = decode(images, scene.patterns, scene.grid, fill=True)

@@ -36,8 +36,7 @@ def within(one, **options):
 @pytest.mark.parametrize("place", [ball, ripples])
 @pytest.mark.parametrize("noise", [1.0, 3.0])
 def test_sigma_covers_errors_on_curved_mirror(place, noise):
-    one = drawn(**SCENE, place=place, noise=noise, seed=5)
-    shares = within(one)
+    shares = within(drawn(**SCENE, place=place, noise=noise, seed=5))
     assert 0.65 < shares[0] < 0.85
     assert shares[1] > 0.95
     assert shares[2] > 0.97

@@ -77,8 +77,7 @@ def test_border_pixels_have_correct_sigma(blur, noise, share):
 def test_blur_is_measured_behind_tone_curve(power):
     scene = rendered(blur=2.0, noise=1.0)
     images = np.rint(255 * (scene.images / 255) ** power).astype(np.uint8)
-    found = decode(images, scene.patterns, scene.grid)
-    assert 1.9 < found.blur_px < 3.0
+    assert 1.9 < decode(images, scene.patterns, scene.grid).blur_px < 3.0
 
 
 def test_blur_of_worst_area_is_returned():

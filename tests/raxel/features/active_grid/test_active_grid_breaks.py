@@ -148,6 +148,5 @@ def test_edges_end_with_last_visible_cell():
 def test_neighbour_distance_is_independent_of_cell_width(bits):
     """A 64th of the monitor's sides to each side, in its own unit."""
     monitor_px, mm_per_px = (1024, 512), 0.25
-    codes = gray_codes(bits, monitor_px)
-    plan = plan_arrays(codes, monitor_px, 2 * [mm_per_px])
+    plan = plan_arrays(gray_codes(bits, monitor_px), monitor_px, 2 * [mm_per_px])
     np.testing.assert_allclose(plan.reach, mm_per_px * np.array(monitor_px) / 64)

@@ -49,8 +49,7 @@ def first(images, steps=4, patterns=None, **levels):
 
 def number(name, steps=4):
     """Index of the image with this name, without .png."""
-    names = [p.image.removesuffix(".png") for p in scene(steps).patterns]
-    return names.index(name)
+    return ([p.image.removesuffix(".png") for p in scene(steps).patterns]).index(name)
 
 
 # ----------------------------------------------------------------------- good images
@@ -208,8 +207,7 @@ def test_exchanged_images_are_detected(steps, pairs, code, named):
 def test_wrong_pattern_is_detected(steps, places, code):
     images = scene(steps).images.copy()
     for name, other in places.items():
-        shown = scene(steps, seed=1).images[number(other, steps)]
-        images[number(name, steps)] = shown
+        images[number(name, steps)] = scene(steps, seed=1).images[number(other, steps)]
     diagnostic = first(images, steps)
     assert (diagnostic.code, diagnostic.invalidates) == (code, True)
     assert all(f"{name}.png" in diagnostic.text for name in places)
@@ -275,8 +273,7 @@ def test_code_wider_than_monitor_is_detected():
 
 @pytest.mark.parametrize("steps", [5, 6])
 def test_unstated_offset_is_measured(steps):
-    plan = plan_of_cells((200, 144), 8, steps, 0.25)
-    one = drawn(plan=plan, noise=1.0, blur=1.0)
+    one = drawn(plan=plan_of_cells((200, 144), 8, steps, 0.25), noise=1.0, blur=1.0)
     patterns = [replace(p, offset=0.0) for p in one.patterns]
     diagnostic = diagnostics(one.images, patterns, one.grid)[0]
     assert (diagnostic.code, diagnostic.invalidates) == ("offset", True)
@@ -484,9 +481,7 @@ def test_edge_phase_is_interpolated():
     """Edges of cells of 8 px, 0.7 px behind the one pixel and 0.3 before the other."""
     x = np.arange(64) + 0.3
     cells = (x // 8).astype(np.int32)
-    away = (x + 4) % 8 - 4
-    up = np.cos(np.pi * cells)
-    difference = np.clip(np.abs(away), 0, 1) * up
+    difference = np.clip(np.abs((x + 4) % 8 - 4), 0, 1) * np.cos(np.pi * cells)
     code = SimpleNamespace(cell=8, period=32)
     observed = np.exp(2j * np.pi * x / 32)[None, None]
     sides = (np.s_[:, :, :-1], np.s_[:, :, 1:])
@@ -531,8 +526,7 @@ def test_window_phases_have_smaller_variance():
         lit=np.ones(wave.size, bool),
         wave_of=lambda *_: (wave, np.full(wave.shape, np.float32(100))),
     )
-    four = SimpleNamespace(steps=range(4))
-    turns, variances = _windows(sample, [four], Noise(6.0))
+    turns, variances = _windows(sample, [SimpleNamespace(steps=range(4))], Noise(6.0))
     np.testing.assert_allclose(turns, 1.2 / (2 * np.pi), rtol=1e-5)
     due = 2 / 4 * 6.0 / 49 / 40**2 / (2 * np.pi) ** 2
     np.testing.assert_allclose(variances, due, rtol=1e-4)

@@ -31,14 +31,12 @@ def test_pixel_lookup_is_exact():
 def test_lookup_propagates_location_noise():
     """Four pixels are interpolated: the error is about that of one of them."""
     found = pixels_of(decoded_plane(noise=0.02), apply_homography(H, PLACES))
-    error = (found - PLACES).std()
-    assert 0.4 * 0.02 / 0.5 < error < 1.2 * 0.02 / 0.5
+    assert 0.4 * 0.02 / 0.5 < (found - PLACES).std() < 1.2 * 0.02 / 0.5
 
 
 def test_lookup_bridges_holes():
     location = decoded_plane()
-    rng = np.random.default_rng(2)
-    location[rng.random(location.shape[:2]) < 0.2] = np.nan
+    location[np.random.default_rng(2).random(location.shape[:2]) < 0.2] = np.nan
     found = pixels_of(location, apply_homography(H, PLACES))
     known = np.isfinite(found).all(axis=1)
     assert known.mean() > 0.9

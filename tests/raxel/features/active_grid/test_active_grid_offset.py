@@ -14,8 +14,7 @@ MONITOR = 200, 144
 @pytest.mark.parametrize("offset", [0.25, -0.4])
 @pytest.mark.parametrize("steps", [3, 4, 5])
 def test_offset_does_not_change_positions(steps, offset):
-    plan = plan_of_cells(MONITOR, 8, steps, offset)
-    one = drawn(plan=plan, noise=1.0, blur=1.0)
+    one = drawn(plan=plan_of_cells(MONITOR, 8, steps, offset), noise=1.0, blur=1.0)
     found = decode(one.images, one.patterns, one.grid)
     error = np.abs(found.location - one.true)[found.mask]
     # Pixels at a cell's edge are half a period or more off where the phase is.

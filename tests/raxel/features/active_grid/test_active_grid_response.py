@@ -29,8 +29,7 @@ def shown(gamma, steps, camera=lambda light: light, noise=1.5, **options):
     options = {"tilt": 0.25, "vignetting": 0.6, "seed": 3, "size": SIZE} | options
     scene = drawn(steps=steps, dtype=np.uint16, **options)
     rng = np.random.default_rng(steps)
-    value = (scene.images / 257.0 - 20) / 180
-    light = camera(np.clip(value, 0, None) ** gamma)
+    light = camera(np.clip((scene.images / 257.0 - 20) / 180, 0, None) ** gamma)
     images = 20 + 200 * light / light.max() + rng.normal(0, noise, light.shape)
     return replace(scene, images=np.clip(np.rint(images), 0, 255).astype(np.uint8))
 

@@ -34,8 +34,7 @@ def no_noise(rng, shape):
 
 def shared(rng, shape):
     """Each of 7 pixels in a row has the same noise."""
-    some = rng.normal(0, 2, (*shape[:-1], 3))
-    return np.repeat(some, 7, axis=-1)
+    return np.repeat(rng.normal(0, 2, (*shape[:-1], 3)), 7, axis=-1)
 
 
 @pytest.mark.parametrize("count", [4, 5, 6, 8])

@@ -70,8 +70,7 @@ def test_ambiguous_periods_are_not_decoded():
     found = decode(one.images, one.patterns, one.grid, smooth=False, margin_px=0)
     on = np.isfinite(one.true[..., 0])
     assert found.counts()["the code cannot be read"] > 0.1 * on.sum()
-    ratio = np.abs((found.location - one.true)[found.mask])
-    assert np.nanmax(ratio, initial=0) < 12
+    assert np.nanmax(np.abs((found.location - one.true)[found.mask]), initial=0) < 12
 
 
 def test_beat_period_must_exceed_monitor():
