@@ -145,7 +145,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_blocks_make_no_difference(name, monkeypatch):
+def test_block_size_does_not_change_results(name, monkeypatch):
     constant, size, work = CASES[name]
     whole = work()
     module, _, attribute = constant.rpartition(".")

@@ -26,7 +26,7 @@ def directly(views, poses):
     return np.where(np.any(ahead, axis=2, keepdims=True), axis, np.nan)
 
 
-def test_the_rays_are_the_main_axes_of_the_points():
+def test_ray_table_contains_main_axes_of_points():
     poses = board_poses(4, 4)
     views = views_of(poses, noise=0.05)
     views[1].pixels[[0, 40, 41]] = np.nan  # a board with holes
@@ -37,7 +37,7 @@ def test_the_rays_are_the_main_axes_of_the_points():
     assert np.nanmax(np.abs(table - expected)) < 1e-12
 
 
-def test_a_board_without_cells_and_none_at_all_leave_the_table_empty():
+def test_ray_table_without_cells_is_empty():
     poses = board_poses(4, 1)
     views = views_of(poses)
     views[0].pixels[:] = np.nan

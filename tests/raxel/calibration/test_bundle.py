@@ -29,7 +29,7 @@ def cost_at(points, seen, centre, poses):
     return np.sum(residuals**2)
 
 
-def test_gradient_equals_differences_of_the_cost():
+def test_gradient_equals_differences_of_cost():
     centre, T, _, points, seen = partly_seen(1, SHARE, noise=1.0)
     poses = disturbed(T, 1)
     q = bundle.homogeneous(points, seen)
@@ -41,7 +41,7 @@ def test_gradient_equals_differences_of_the_cost():
     assert np.abs(2 * gradient - numeric).max() < 1e-6 * np.abs(numeric).max()
 
 
-def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
+def test_normal_matrix_equals_eliminated_jtj():
     # Exact at zero residual, where elimination and projection agree.
     centre, T, _, points, seen = partly_seen(2, SHARE)
     q = bundle.homogeneous(points, seen)
@@ -58,7 +58,7 @@ def test_normal_matrix_is_j_transpose_j_with_directions_eliminated():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_exact_points_bring_disturbed_poses_back(seed):
+def test_bundle_recovers_disturbed_poses(seed):
     centre, T, directions, points, seen = partly_seen(seed, SHARE, count=200)
     result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, seed))
     assert result.converged
@@ -70,7 +70,7 @@ def test_exact_points_bring_disturbed_poses_back(seed):
     assert np.isnan(result.directions[~known]).all()
 
 
-def test_the_best_direction_has_the_smallest_distances():
+def test_best_direction_minimises_distances():
     centre, T, _, points, seen = partly_seen(7, SHARE, noise=2.0)
     u = ray_directions(points, seen, centre, T)
     best = np.sum(ray_point_residuals(points, seen, centre, T, u) ** 2, axis=(0, 2))
@@ -82,14 +82,14 @@ def test_the_best_direction_has_the_smallest_distances():
         assert np.all(np.sum(residuals**2, axis=(0, 2)) >= best - 1e-12)
 
 
-def test_a_grid_without_common_rays_is_refused():
+def test_grid_without_common_rays_is_rejected():
     centre, T, _, points, seen = partly_seen(8, SHARE)
     seen[2] &= ~seen[[0, 1, 3]].any(axis=0)
     with raises_code("too-few-rays"):
         bundle_adjust_fixed_centre(points, seen, centre, T)
 
 
-def test_poses_that_are_not_finite_are_refused():
+def test_non_finite_poses_are_rejected():
     centre, T, _, points, seen = partly_seen(9, SHARE)
     T[1, 0, 3] = np.nan
     with raises_code("not-finite"):
@@ -97,7 +97,7 @@ def test_poses_that_are_not_finite_are_refused():
 
 
 @pytest.mark.parametrize(("shared", "enough"), [(2, False), (3, True)])
-def test_three_common_rays_are_the_fewest_that_hold_a_grid(shared, enough):
+def test_bundle_needs_three_common_rays(shared, enough):
     centre, T, _, points = scene(10, grids=4, count=60)
     seen = np.ones(points.shape[:2], bool)
     seen[2, shared:] = False

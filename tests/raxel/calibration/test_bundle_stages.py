@@ -128,7 +128,7 @@ def normalised_square(error, covariance):
     return np.mean((vectors[:, free].T @ error) ** 2 / values[free])
 
 
-def test_shapes_and_poses_come_back_exactly():
+def test_bundle_recovers_shapes_and_poses_exactly():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     found = bundle_stages(starts, views, T, clamp=clamp)
@@ -140,7 +140,7 @@ def test_shapes_and_poses_come_back_exactly():
     assert not found.misfit.any()
 
 
-def test_the_jacobian_equals_differences():
+def test_jacobian_equals_differences():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     spaces = _spaces(starts, clamp, None)
@@ -168,7 +168,7 @@ def test_the_jacobian_equals_differences():
             )  # fmt: skip
 
 
-def test_errors_are_as_large_as_they_are_said_to_be():
+def test_bundle_covariance_predicts_errors():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     pixels, shapes, rays, variances = image_lattice(), [], [], []
@@ -187,7 +187,7 @@ def test_errors_are_as_large_as_they_are_said_to_be():
     assert 0.7 < np.mean(rays) < 1.4
 
 
-def test_an_uncertain_first_shape_is_found_again_and_its_error_counted():
+def test_uncertain_first_shape_is_re_estimated():
     cameras, clamp, views = own_space()
     first = cameras[0]
     c = first.coefficients.ravel("F")
@@ -208,7 +208,7 @@ def test_an_uncertain_first_shape_is_found_again_and_its_error_counted():
     assert 0.6 < np.mean(squares) < 1.6
 
 
-def test_a_sheet_by_physics_is_met_and_its_misfit_told():
+def test_bundle_fits_physical_sheet_and_reports_misfit():
     """Elastica, 3 mm hidden by the holder: a line that stands in for the clamp."""
     true = [flexible_camera(d) for d in DEFLECTIONS]
     starts = [spline_camera(deflection=d) for d in DEFLECTIONS]
@@ -234,7 +234,7 @@ def test_a_sheet_by_physics_is_met_and_its_misfit_told():
     assert firm.variance > 5 * found.variance
 
 
-def test_a_stage_without_its_grid_before_is_said_to_be_less_certain():
+def test_stage_without_previous_grid_is_less_certain():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     pixels = image_lattice()
@@ -245,7 +245,7 @@ def test_a_stage_without_its_grid_before_is_said_to_be_less_certain():
     assert np.nanmean(lost) > 1.5 * np.nanmean(known)
 
 
-def test_what_leaves_a_shape_open_is_refused():
+def test_bundle_rejects_undetermined_shape():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     with raises_code("no-feature-at-end"):
@@ -266,7 +266,7 @@ def test_what_leaves_a_shape_open_is_refused():
 
 
 @pytest.mark.parametrize("misfit", [0.0, 4e-4])
-def test_misfit_is_what_scene_rays_are_off_at_each_component_beyond_noise(misfit):
+def test_bundle_misfit_is_ray_error_beyond_noise(misfit):
     """Noise of 3e-4 and misfit, radians; points 300 mm from the mirror along z."""
     rng, count, noise = np.random.default_rng(41), 4000, 3e-4
     off = np.hypot(noise, misfit) * rng.standard_normal((count, 2))
@@ -283,7 +283,7 @@ def test_misfit_is_what_scene_rays_are_off_at_each_component_beyond_noise(misfit
     np.testing.assert_allclose(found, [0, misfit], rtol=0.05)
 
 
-def test_misfit_does_not_carry_the_first_shape_away():
+def test_misfit_does_not_bias_first_shape():
     """60 um of unevenness: corners at 0.2 px claim more than a spline can follow.
 
     With the variance of all stages at the first one too it is 0.72 deviations.
@@ -299,7 +299,7 @@ def test_misfit_does_not_carry_the_first_shape_away():
     assert np.abs(carried).max() < 0.4
 
 
-def test_the_noise_of_few_corners_is_told_although_shapes_and_poses_follow_it():
+def test_bundle_noise_of_few_corners_is_unbiased():
     """Of three views with 24 numbers, sixteen are taken by what is fitted."""
     rng, problem = np.random.default_rng(40), SimpleNamespace(layout=lambda s: (0, 16))
     basis = np.linalg.qr(rng.normal(size=(24, 16)))[0]
@@ -314,7 +314,7 @@ def test_the_noise_of_few_corners_is_told_although_shapes_and_poses_follow_it():
     assert np.mean(found) == pytest.approx(1, abs=0.08)
 
 
-def test_noise_alone_is_no_misfit_and_little_more_than_noise_is_one():
+def test_misfit_threshold_separates_noise():
     rng, problem = np.random.default_rng(42), seen_by([0, 1], 12)
     told = {1.0: [], 1.25: []}
     for _ in range(1000):
@@ -328,7 +328,7 @@ def test_noise_alone_is_no_misfit_and_little_more_than_noise_is_one():
     assert np.mean(told[1.25]) > 0.6
 
 
-def test_a_misfit_of_few_functions_counts_as_often_as_these_however_many_corners():
+def test_misfit_weight_is_independent_of_corner_count():
     """The mean of all numbers of the first shape, of which the misfit has twelve."""
     problem, rng, count = seen_by([0, 1], 12), np.random.default_rng(43), 600
     widening, means = [], []

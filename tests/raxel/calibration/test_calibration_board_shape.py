@@ -55,7 +55,7 @@ def seen_with(shape, seed, count=COUNT):
     return views_of(poses, noise=NOISE_PX, seed=seed, solid=shape.points(BOARD))
 
 
-def test_a_bent_sheet_keeps_its_lengths():
+def test_bent_sheet_keeps_lengths():
     # Its bend about a slanted axis: along the arc as long as on the stated board.
     along = np.linspace(-1, 1, 2001)[:, None] * [60.0, 54.0]
     curvature = 2e-3
@@ -72,7 +72,7 @@ def test_a_bent_sheet_keeps_its_lengths():
     assert placed[-1, 2] - placed[1000, 2] == pytest.approx(curvature * flat**2 / 8)
 
 
-def test_slopes_of_the_shape_are_its_differences():
+def test_board_shape_slopes_equal_differences():
     values = np.array([4.0, -3.0, 2.5, 0.03])
     _, slopes = shaped(BOARD, shape_of(*values))
     differences = central_difference(
@@ -81,7 +81,7 @@ def test_slopes_of_the_shape_are_its_differences():
     np.testing.assert_allclose(slopes, differences, atol=1e-7)
 
 
-def test_equations_of_the_adjustment_are_differences_of_its_residuals():
+def test_lens_equations_equal_residual_differences():
     views = views_of(board_poses(1, 4), noise=1.0, seed=0)
     boards = lens_bundle.stacked([(view.pixels, view.points) for view in views])
     formula = LensFormula("kannala-brandt", 2, 2, 1, TERMS)
@@ -104,7 +104,7 @@ def test_equations_of_the_adjustment_are_differences_of_its_residuals():
 @pytest.mark.parametrize(
     ("values", "used"), [((0.8, 0, 0, 0), TERMS[:3]), ((-0.4, 0.5, 0.3, 0.006), TERMS)]
 )
-def test_the_shape_is_found_with_the_camera(values, used):
+def test_board_shape_is_estimated_with_camera(values, used):
     views = seen_with(shape_of(*values), 7)
     found = calibrate_lens(views, WIDTH, HEIGHT, "kannala-brandt", pupil="fixed")
     test = found.board
@@ -117,7 +117,7 @@ def test_the_shape_is_found_with_the_camera(values, used):
 
 
 @pytest.mark.parametrize("photographs", [6, 30])
-def test_a_shape_of_two_numbers_is_as_sure_as_fishers_law_says(photographs):
+def test_wald_test_follows_f_distribution(photographs):
     """Of two numbers the law has a closed form: (1 + q / n)^(-n / 2)."""
     covariance = np.array([[4.0, 1.0], [1.0, 2.0]])
     values = np.array([6.0, -3.0])
@@ -127,7 +127,7 @@ def test_a_shape_of_two_numbers_is_as_sure_as_fishers_law_says(photographs):
     )
 
 
-def test_a_flat_board_stays_flat_and_few_photographs_ask_nothing():
+def test_flat_board_stays_flat_and_few_images_give_no_test():
     views = seen_with(shape_of(0, 0, 0, 0), 8)
     found = calibrate_lens(views, WIDTH, HEIGHT, "kannala-brandt", pupil="fixed")
     assert found.board.used == ()
@@ -139,7 +139,7 @@ def test_a_flat_board_stays_flat_and_few_photographs_ask_nothing():
     assert found.board is None
 
 
-def test_deviations_are_those_of_corners_and_not_of_weights():
+def test_covariance_is_of_corners_not_weights():
     """Gaussian corners: 2 % more variance than least squares have, as Tukey's loss
     costs; wrong corners cost no more than that there are fewer right ones."""
     rng, wrong = np.random.default_rng(6), 0.06
@@ -179,7 +179,7 @@ def fitted_line(rng, together):
 
 
 @pytest.mark.parametrize("together", [0.0, 0.3])
-def test_errors_shared_within_a_photograph_are_in_the_covariance(together):
+def test_covariance_includes_errors_common_to_image(together):
     rng = np.random.default_rng(3)
     trials = [fitted_line(rng, together) for _ in range(300)]
     found = np.array([values for values, _ in trials])
@@ -210,9 +210,7 @@ def test_errors_shared_within_a_photograph_are_in_the_covariance(together):
         assert factor > 1.2
 
 
-def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
-    monkeypatch,
-):
+def test_held_out_squares_count_corners(monkeypatch):
     """A constant that each fit takes as the mean of its boards' pixels, with gaps."""
     rng = np.random.default_rng(54)
     seen = rng.random((7, 30)) < 0.7
@@ -251,9 +249,7 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
         assert found[k] == pytest.approx(expected)
 
 
-def test_a_shape_pays_where_boards_kept_out_gain_twice_what_their_mean_scatters(
-    monkeypatch,
-):
+def test_board_shape_needs_significant_held_out_gain(monkeypatch):
     rng, paid = np.random.default_rng(52), {0.0: [], 0.75: []}
     for _ in range(200):
         scatter = rng.standard_normal(20)
@@ -268,7 +264,7 @@ def test_a_shape_pays_where_boards_kept_out_gain_twice_what_their_mean_scatters(
     assert (test.flat_px, test.shaped_px) == (3.0, 2.0)
 
 
-def test_boards_that_are_there_thrice_tell_no_more():
+def test_repeated_boards_add_no_information():
     """With the errors they share a board seems no more bent, and a fit no surer."""
     start = np.array([FOCAL_PX, FOCAL_PX, 122.0, 88.0, 0.0, 0.0])
     formula, once = LensFormula("kannala-brandt", 2, 0, 0), np.arange(COUNT)
@@ -292,7 +288,7 @@ def test_boards_that_are_there_thrice_tell_no_more():
     assert alone[1] < 2 * single[1]
 
 
-def test_a_term_that_is_none_is_kept_as_seldom_as_schwarz_says():
+def test_spurious_term_rate_follows_schwarz():
     """Of 240 coordinates it lowers squares by a chi square with one; log 240 is 5.5."""
     rng, boards = np.random.default_rng(53), SimpleNamespace(seen=np.ones((3, 40)))
     kept = []

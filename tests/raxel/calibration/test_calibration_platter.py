@@ -23,7 +23,7 @@ from tests.raised import raises_code
 MIDDLE = np.array([120.0, 90.0])
 
 
-def test_the_reflection_keeps_its_plane_and_turns_the_camera_over():
+def test_reflection_keeps_plane_and_mirrors_camera():
     T = posed([10, -37, 3], [-40, 20, 300])
     plane = platter_plane(T, 1.5)
     n, d = plane[:3], plane[3]
@@ -40,7 +40,7 @@ def test_the_reflection_keeps_its_plane_and_turns_the_camera_over():
     np.testing.assert_allclose(platter_plane(behind, 1.5), plane, atol=1e-12)
 
 
-def test_reflected_poses_are_proper_and_come_back():
+def test_reflected_pose_is_proper_and_self_inverse():
     plane = platter_plane(posed([5, -40, 0], [0, 0, 320]), 0.8)
     T = posed([20, 10, -70], [30, 40, 600])
     found = reflected_pose(T, plane)
@@ -61,7 +61,7 @@ def turned_together(one, other):
     return T, np.concatenate([towards, shift], axis=1).reshape(12, 3)
 
 
-def test_a_turn_of_all_grids_about_the_camera_is_no_motion_between_them():
+def test_common_rotation_is_no_grid_motion():
     """Errors that two poses share, as a platter's plane makes them, move both alike."""
     T, shared = turned_together(20, 25)
     little = 1e-14 * np.eye(12)
@@ -75,7 +75,7 @@ def test_a_turn_of_all_grids_about_the_camera_is_no_motion_between_them():
 
 
 @pytest.mark.parametrize("places", [1, 2])
-def test_traced_pictures_give_the_poses_exactly(places):
+def test_flat_mirror_poses_are_exact_without_noise(places):
     pictures, grids = platter_scene(places=places)
     found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
     np.testing.assert_allclose(found.T_camera_grid, grids, atol=1e-8)
@@ -84,7 +84,7 @@ def test_traced_pictures_give_the_poses_exactly(places):
     assert motion.angle < 1e-10
 
 
-def test_the_jacobian_equals_differences():
+def test_jacobian_equals_differences():
     pictures, _ = platter_scene(np.random.default_rng(1), 0.2, places=2)
     problem = _Problem(
         [sighting(VIEWER, p.board, "") for p in pictures],
@@ -103,7 +103,7 @@ def test_the_jacobian_equals_differences():
         )
 
 
-def test_errors_are_as_large_as_the_covariance_says():
+def test_covariance_predicts_errors():
     squared, motions = [], []
     for seed in range(12):
         pictures, grids = platter_scene(np.random.default_rng(seed), 0.2, places=2)
@@ -123,7 +123,7 @@ def test_errors_are_as_large_as_the_covariance_says():
     assert 0.4 < np.mean(turned) < 2.0
 
 
-def test_scatter_tells_the_noise_that_corners_do_not_state():
+def test_unknown_corner_noise_follows_from_scatter():
     pictures, _ = platter_scene(np.random.default_rng(5), 0.2, places=2)
     told = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
     bare = [
@@ -137,7 +137,7 @@ def test_scatter_tells_the_noise_that_corners_do_not_state():
     assert ratio[0] == pytest.approx(1, abs=0.1)
 
 
-def test_both_tilts_of_a_small_board_are_tried():
+def test_small_board_tries_both_tilts():
     points = lattice(5, 4, 4.0)
     T = posed([0, 12, 30], [20, 10, 900])
     seen = sighting(
@@ -149,7 +149,7 @@ def test_both_tilts_of_a_small_board_are_tried():
     assert np.degrees(np.arccos(min(found[:3, 2] @ T[:3, 2], 1.0))) < 5
 
 
-def test_impossible_pictures_are_refused():
+def test_flat_mirror_rejects_impossible_images():
     (first, second), _ = platter_scene()
     exchanged = FlatMirrorImage(first.grid, first.board)
     with raises_code("image-before-mirror"):
@@ -174,7 +174,7 @@ def few(seen, rng):
     return seen._replace(pixels=pixels, points=seen.points[some])
 
 
-def test_few_corners_tell_their_noise_although_poses_follow_it():
+def test_flat_mirror_noise_of_few_corners_is_unbiased():
     """Of six corners of the board and six of the monitor, half of all numbers."""
     told, rng, (picture, *_) = [], np.random.default_rng(6), platter_scene()[0]
     for _ in range(12):
@@ -193,7 +193,7 @@ def test_few_corners_tell_their_noise_although_poses_follow_it():
 
 
 @pytest.mark.parametrize("turn", [0, 13, 29, 44, 71])
-def test_errors_of_two_grids_that_are_exactly_alike_leave_no_motion_unsure(turn):
+def test_equal_errors_give_zero_motion_uncertainty(turn):
     """Rounding may make a variance of nothing less than nothing: NaN is no answer."""
     T, shared = turned_together(turn, turn)
     found = grid_motion(T, 1e-4 * shared @ shared.T, 0, 1, MIDDLE)
@@ -201,7 +201,7 @@ def test_errors_of_two_grids_that_are_exactly_alike_leave_no_motion_unsure(turn)
     assert 0 <= found.distance_sd < 1e-4
 
 
-def test_a_corner_keeps_its_own_standard_deviation_where_others_are_missing():
+def test_corner_sd_is_kept_with_missing_corners():
     shown = view(VIEWER, posed([10, -20, 5], [0, 0, 400]), lattice(4, 5, 20.0), 5, 4)
     pixels, sd = shown.pixels.copy(), np.linspace(0.05, 0.24, 20)
     pixels[[0, 7]] = np.nan

@@ -12,7 +12,7 @@ from raxel.calibration.views.correspondence import BoardView
 from raxel.geometry.poses import tangent_bases
 
 
-def test_the_bounds_of_a_distance_are_as_wide_as_it_scatters():
+def test_centrality_bounds_cover_scatter():
     """Lines that pass a point by some three standard deviations of their own."""
     rng, count, found = np.random.default_rng(0), 60, []
     u = rng.normal(size=(count, 3))
@@ -33,7 +33,7 @@ def test_the_bounds_of_a_distance_are_as_wide_as_it_scatters():
 
 
 @pytest.mark.parametrize(("apart", "shared"), [(0.0, 1.0), (3.0, 0.7)])
-def test_bounds_of_a_distance_hold_where_lines_share_the_errors_of_poses(apart, shared):
+def test_centrality_bounds_cover_pose_errors(apart, shared):
     """Lines that pass a point by `apart`, off by their own noise and six numbers'."""
     rng, count, found = np.random.default_rng(3), 60, []
     u = rng.normal(size=(count, 3))
@@ -61,7 +61,7 @@ def test_bounds_of_a_distance_hold_where_lines_share_the_errors_of_poses(apart, 
     assert np.mean(squares + reach < square) < 0.05
 
 
-def test_a_camera_is_tested_by_as_many_pixels_as_boards_have_cells(monkeypatch):
+def test_centrality_test_uses_one_pixel_per_cell(monkeypatch):
     """Errors of two pixels in one cell are alike: more of them would tell no more."""
     monkeypatch.setattr(
         central_views, "centrality_test", lambda points, seen, *_, **__: seen.sum()
@@ -78,7 +78,7 @@ def test_a_camera_is_tested_by_as_many_pixels_as_boards_have_cells(monkeypatch):
     assert found == pytest.approx(3 * (columns - 1) * (rows - 1), rel=0.15)
 
 
-def test_noise_that_poses_share_is_no_distance():
+def test_pose_noise_is_no_distance():
     """Lines through one point, off by their own noise and by that of six numbers."""
     rng, count, squares = np.random.default_rng(1), 60, []
     u = rng.normal(size=(count, 3))
@@ -97,7 +97,7 @@ def test_noise_that_poses_share_is_no_distance():
     assert np.mean(squares) == pytest.approx(-0.1, abs=0.25)
 
 
-def test_errors_alike_are_judged_by_as_many_as_are_independent(monkeypatch):
+def test_centrality_test_counts_independent_errors(monkeypatch):
     """Noise alone, each of its numbers six times over: all that it is judged by is as
     large by chance as it says; bounds hold for 95 % each."""
     rng, alike, square = np.random.default_rng(50), 6, 4.0

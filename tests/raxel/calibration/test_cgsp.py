@@ -18,7 +18,7 @@ from tests.raxel.calibration.test_linear import CENTRES, assert_recovered
 @pytest.mark.parametrize("pinhole", PINHOLE_METHODS)
 @pytest.mark.parametrize("centre", CENTRES)
 @pytest.mark.parametrize("robust", [None, "ransac"])
-def test_exact_points_give_the_exact_centre(pinhole, centre, robust):
+def test_exact_points_give_exact_centre(pinhole, centre, robust):
     centre, T, _, points = scene(1, centre)
     rng = np.random.default_rng(0)
     side = np.sign(centre[2])
@@ -27,7 +27,7 @@ def test_exact_points_give_the_exact_centre(pinhole, centre, robust):
     assert solution.inliers.all()
 
 
-def test_more_grids_and_rays_that_miss_some():
+def test_linear_stage_accepts_missing_rays():
     centre, T, _, points = scene(7, grids=6, count=500)
     seen = np.random.default_rng(7).random(points.shape[:2]) < 0.5
     seen[0] = True
@@ -39,7 +39,7 @@ def test_more_grids_and_rays_that_miss_some():
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
 @pytest.mark.parametrize("pinhole", PINHOLE_METHODS)
-def test_a_grid_parallel_to_the_base_does_no_harm_beside_others(pinhole, noise):
+def test_grid_parallel_to_base_is_harmless_among_others(pinhole, noise):
     centre, _, _, points = scene(6, count=500)
     # The base's own points, seen from the centre on a plane behind it.
     behind = centre[:2] + 1.3 * (points[0] - centre[:2])
@@ -54,13 +54,13 @@ def test_a_grid_parallel_to_the_base_does_no_harm_beside_others(pinhole, noise):
 @pytest.mark.parametrize(
     ("nonsense", "said"), [({"side": 0}, "side: 0"), ({"pinhole": "none"}, "'none'")]
 )
-def test_a_side_or_a_method_that_is_none_is_refused(nonsense, said):
+def test_unknown_side_or_method_is_rejected(nonsense, said):
     _, _, _, points = scene(1)
     with pytest.raises(ValueError, match=said):
         linear_cgsp(points, **{"side": 1} | nonsense)
 
 
-def test_the_other_side_is_the_mirror_image_in_the_base_plane():
+def test_other_side_is_reflection_in_base_plane():
     centre, T, _, points = scene(2)
     mirrored = linear_cgsp(points, side=-1)
     flip = np.array([1.0, 1.0, -1.0])
@@ -72,7 +72,7 @@ def test_the_other_side_is_the_mirror_image_in_the_base_plane():
 
 
 @pytest.mark.parametrize("pinhole", PINHOLE_METHODS)
-def test_frames_of_the_grids_and_their_unit_do_not_matter(pinhole):
+def test_linear_cgsp_is_invariant_to_frames_and_unit(pinhole):
     _, _, _, points = scene(5)
     points = points + 0.1 * np.random.default_rng(5).normal(size=points.shape)
     before = linear_cgsp(points, side=1, pinhole=pinhole)
@@ -88,7 +88,7 @@ def test_frames_of_the_grids_and_their_unit_do_not_matter(pinhole):
     assert np.linalg.norm(after - expected) < 1e-6
 
 
-def test_outliers_are_left_out_whether_the_noise_is_known_or_not():
+def test_linear_cgsp_rejects_outliers():
     centre, _, _, points = scene(8, count=2000)
     rng = np.random.default_rng(8)
     points = points + 0.2 * rng.normal(size=points.shape)
@@ -105,7 +105,7 @@ def test_outliers_are_left_out_whether_the_noise_is_known_or_not():
     assert np.linalg.norm(plain.centre - centre) > 10 * clean
 
 
-def test_more_than_half_outliers_are_refused_with_their_share():
+def test_majority_of_outliers_is_rejected():
     _, _, _, points = scene(9, count=2000)
     rng = np.random.default_rng(9)
     points = points + 0.2 * rng.normal(size=points.shape)
@@ -125,7 +125,7 @@ def test_more_than_half_outliers_are_refused_with_their_share():
         (([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]), "grids"),
     ],
 )
-def test_parallel_grids_are_refused_by_name(vectors, said, noise):
+def test_parallel_grids_are_rejected_by_name(vectors, said, noise):
     centre = np.array([10.0, -20.0, 600.0])
     _, T, directions, _ = scene(3)
     shifts = np.array([[20.0, 30.0, -60.0], [-30.0, 10.0, 90.0]])
@@ -136,7 +136,7 @@ def test_parallel_grids_are_refused_by_name(vectors, said, noise):
         linear_cgsp(points, side=1)
 
 
-def test_what_cannot_be_calibrated_from_is_refused():
+def test_linear_cgsp_rejects_degenerate_input():
     _, _, _, points = scene(0)
     with raises_code("too-few-grids"):
         linear_cgsp(points[:2], side=1)
@@ -150,7 +150,7 @@ def test_what_cannot_be_calibrated_from_is_refused():
         linear_cgsp(line, side=1)
 
 
-def test_weights_by_image_noise_are_those_of_exact_derivatives():
+def test_image_noise_weights_match_derivatives():
     centre, _, directions, points = scene(4, count=50)
     H = linear_cgsp(points, side=1).homographies[1]
     weights = image_noise_weights(points[0], points[1], H, centre)

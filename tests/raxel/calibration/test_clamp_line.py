@@ -68,9 +68,7 @@ def picks_of(monkeypatch, given, sd_px, wave=0.0):
 
 @pytest.mark.parametrize("count", [2, 6])
 @pytest.mark.parametrize(("aside", "taken"), [(2.4, True), (3.6, False), (-3.6, False)])
-def test_the_edge_is_taken_for_the_clamp_within_what_its_points_state(
-    monkeypatch, aside, taken, count
-):
+def test_edge_near_points_is_used_as_clamp(monkeypatch, aside, taken, count):
     """aside: standard deviations of a point, to the left or right of the edge."""
     y, sd_px = np.linspace(20, 180, count)[::-1], 0.8
     y[1:] = np.roll(y[1:], 2)
@@ -91,7 +89,7 @@ def test_the_edge_is_taken_for_the_clamp_within_what_its_points_state(
 
 
 @pytest.mark.parametrize(("wave", "taken"), [(0.4, True), (1.8, False)])
-def test_a_crooked_edge_is_taken_for_no_clamp(monkeypatch, wave, taken):
+def test_crooked_edge_is_not_used_as_clamp(monkeypatch, wave, taken):
     y = np.linspace(20, 180, 6)
     given = np.column_stack([edge_at(y), y])
     picks = picks_of(monkeypatch, given, 0.8, wave)
@@ -99,7 +97,7 @@ def test_a_crooked_edge_is_taken_for_no_clamp(monkeypatch, wave, taken):
     assert (picks.sd_px < 0.8) == taken
 
 
-def test_the_line_is_straight_without_distortion_and_wrong_picks_are_left_out():
+def test_clamp_line_rejects_wrong_picks():
     picks = picks_on_line()
     picks[3] += [14.0, 0]
     picks[7] = np.nan
@@ -113,12 +111,12 @@ def test_the_line_is_straight_without_distortion_and_wrong_picks_are_left_out():
 
 
 @pytest.mark.parametrize("seed", [2325, 2442])
-def test_few_of_the_sound_picks_are_left_out(seed):
+def test_clamp_line_keeps_valid_picks(seed):
     noise = 0.3 * np.random.default_rng(seed).standard_normal((9, 2))
     assert np.count_nonzero(clamp_line(VIEWER, picks_on_line(9) + noise).used) >= 6
 
 
-def test_the_line_is_as_uncertain_as_it_says():
+def test_clamp_line_sd_predicts_scatter():
     off, clean = [], clamp_line(VIEWER, picks_on_line())
     for seed in range(30):
         noise = 0.3 * np.random.default_rng(seed).standard_normal((12, 2))
@@ -131,7 +129,7 @@ def test_the_line_is_as_uncertain_as_it_says():
 
 
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
-def test_what_is_fixed_comes_from_the_primary_stage(quantity):
+def test_clamp_values_come_from_primary_stage(quantity):
     camera = plane_camera(quantity)
     line = clamp_line(VIEWER, picks_on_line())
     clamp = fixed_line(camera, line)
@@ -148,7 +146,7 @@ def test_what_is_fixed_comes_from_the_primary_stage(quantity):
 
 
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
-def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity):
+def test_replacement_line_sd_follows_its_motion(quantity):
     still = plane_camera(quantity)
     line = clamp_line(VIEWER, picks_on_line())
     moved, turned = beam_motion(6.0, 150.0, 15.0)
@@ -167,7 +165,7 @@ def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity
     assert (fixed_line(still, line).slope_sd < 0.01 * clamp.slope_sd).all()
 
 
-def test_no_line_is_refused():
+def test_missing_clamp_line_is_rejected():
     with pytest.raises(InputError, match="2 picks"):
         clamp_line(VIEWER, picks_on_line(2))
     scattered = np.random.default_rng(2).uniform(500, 1500, (9, 2))
@@ -181,7 +179,7 @@ def test_no_line_is_refused():
         fixed_line(camera, outside)
 
 
-def test_a_line_that_is_off_by_its_deviation_is_held_as_one_so_far_from_the_clamp():
+def test_displaced_line_is_held_with_its_sd():
     """0.01 in the picture are some mm on the mirror, others at each of its points."""
     camera, off = plane_camera("distance"), 0.01
     line = clamp_line(VIEWER, picks_on_line())
@@ -195,7 +193,7 @@ def test_a_line_that_is_off_by_its_deviation_is_held_as_one_so_far_from_the_clam
 
 
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
-def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
+def test_source_mirror_fulfils_clamp(quantity):
     camera, line = plane_camera(quantity), clamp_line(VIEWER, picks_on_line())
     clamp = fixed_line(camera, line)
     # Another direction than across the line as well: slopes are vectors.
@@ -206,7 +204,7 @@ def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
         np.testing.assert_allclose(kept.rows @ c, kept.values, rtol=1e-9)
 
 
-def test_one_point_of_a_clamp_outside_the_knots_is_enough_to_refuse_it():
+def test_clamp_point_outside_knots_is_rejected():
     camera = plane_camera("distance")
     line = fixed_line(camera, clamp_line(VIEWER, picks_on_line()))
     points = np.vstack([line.points[:-1], [[0.9, 0.9]]])

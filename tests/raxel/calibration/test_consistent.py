@@ -34,7 +34,7 @@ def rays_of(points, seen, centre, T):
 
 
 @pytest.mark.parametrize("loss", LOSSES)
-def test_gradient_equals_differences_of_the_cost(loss):
+def test_gradient_equals_differences_of_cost(loss):
     centre, T, _, points, seen = partly_seen(1, SHARE, count=80, noise=1.0)
     points, whitening, u = rays_of(points, seen, centre, T)
     bends = LOSSES[loss], 1e-5
@@ -52,7 +52,7 @@ def test_gradient_equals_differences_of_the_cost(loss):
     assert np.abs(found.gradient - numeric).max() < 1e-6 * np.abs(numeric).max()
 
 
-def test_normal_matrix_is_the_derivative_of_the_gradient():
+def test_normal_matrix_is_derivative_of_gradient():
     # At zero residual nothing else is left of the second derivatives.
     centre, T, _, points, seen = partly_seen(2, SHARE, count=80)
     points, whitening, u = rays_of(points, seen, centre, T)
@@ -68,7 +68,7 @@ def test_normal_matrix_is_the_derivative_of_the_gradient():
     assert np.abs((normal - numeric) * np.outer(unit, unit)).max() < 1e-4
 
 
-def test_whitening_is_that_of_noise_in_the_image():
+def test_whitening_matches_image_noise():
     centre, T, u, points = exact_scene(3, count=20)
     seen = np.ones(points.shape[:2], bool)
     whitening = image_whitening(seen, u, centre, T).astype(float)
@@ -84,7 +84,7 @@ def test_whitening_is_that_of_noise_in_the_image():
         assert np.abs(covariance - np.eye(2)).max() < 0.06
 
 
-def test_exact_points_give_the_truth():
+def test_consistent_adjustment_is_exact_on_exact_points():
     for seed in range(3):
         centre, T, u, points, seen = partly_seen(seed, SHARE, count=300)
         start = moved(centre, T, np.random.default_rng(seed).normal(size=21) * 0.01)
@@ -99,7 +99,7 @@ def test_exact_points_give_the_truth():
         assert np.isnan(found.directions[~known]).all()
 
 
-def test_numbers_do_not_depend_on_the_processors(monkeypatch):
+def test_results_do_not_depend_on_processors(monkeypatch):
     scene, linear = drawn(0, rays=20_000)
     start = linear.centre, linear.T_base_grid
     monkeypatch.setattr(elimination, "processors", lambda: 1)
@@ -110,7 +110,7 @@ def test_numbers_do_not_depend_on_the_processors(monkeypatch):
     assert np.array_equal(one.directions, three.directions)
 
 
-def test_errors_are_as_large_as_the_covariance_says():
+def test_covariance_predicts_errors():
     squares, errors = [], []
     for seed in range(200):
         scene, linear = drawn(seed)
@@ -123,7 +123,7 @@ def test_errors_are_as_large_as_the_covariance_says():
     assert np.median(errors) <= 1.05
 
 
-def test_stated_deviations_are_taken_at_their_word():
+def test_given_sigma_is_used_unchanged():
     scene, linear = drawn(3)
     start = None, linear.centre, linear.T_base_grid
     once, twice = (
@@ -134,7 +134,7 @@ def test_stated_deviations_are_taken_at_their_word():
     np.testing.assert_allclose(twice, 4 * once, rtol=1e-4, atol=1e-6 * once.max())
 
 
-def test_steps_of_poses_are_differences():
+def test_pose_steps_equal_differences():
     centre, T, _, _ = exact_scene(0)
     change = steps_of_poses(T)
     for column, step in enumerate(1e-6 * np.eye(15)):
@@ -146,7 +146,7 @@ def test_steps_of_poses_are_differences():
         assert np.allclose(np.concatenate(plain) / 1e-6, change[:, column], atol=1e-4)
 
 
-def test_stated_deviations_give_a_chi_square_of_one():
+def test_given_sigma_gives_unit_chi_square():
     scene, linear = drawn(1, noise=0.0)
     rng = np.random.default_rng(0)
     sigma = rng.uniform(0.1, 0.6, scene.points.shape)
@@ -160,7 +160,7 @@ def test_stated_deviations_give_a_chi_square_of_one():
 
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy"])
-def test_a_loss_bears_outliers(loss):
+def test_robust_loss_tolerates_outliers(loss):
     errors, noises = [], []
     for seed in range(8):
         scene, linear = drawn(seed)
@@ -181,7 +181,7 @@ def test_a_loss_bears_outliers(loss):
     assert np.median(noises) == pytest.approx(1.0, abs=0.1)
 
 
-def test_a_ray_needs_less_than_200_bytes():
+def test_adjustment_needs_less_than_200_bytes_per_ray():
     scene, linear = drawn(0, rays=50_000)
     points = np.ascontiguousarray(scene.noisy)
     seen = np.ones(points.shape[:2], bool)
@@ -192,7 +192,7 @@ def test_a_ray_needs_less_than_200_bytes():
     assert used / points.shape[1] < 200
 
 
-def test_bad_input_is_refused_in_one_line():
+def test_bad_input_is_rejected_in_one_line():
     centre, T, _, points, seen = partly_seen(5, SHARE, count=80)
     alone = seen.copy()
     alone[3] = False
@@ -223,7 +223,7 @@ def test_bad_input_is_refused_in_one_line():
             adjust_consistent(points, seen, centre, T, sigma=sigma)
 
 
-def test_all_that_is_adjusted_takes_degrees_of_freedom():
+def test_degrees_of_freedom_count_all_unknowns():
     """Of each point's two: two for a ray, three for the centre, six for a pose but the
     base's."""
     centre, T, _, points = exact_scene(6, count=12)

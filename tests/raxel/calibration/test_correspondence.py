@@ -30,7 +30,7 @@ def view(mapping=bent):
     return BoardView(mapping(BOARD), BOARD, COLUMNS, ROWS, "left.png")
 
 
-def test_a_homography_is_reproduced_exactly():
+def test_cell_maps_reproduce_homography():
     rng = np.random.default_rng(0)
     truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
     pixels = apply_homography(TO_PIXEL, truth)
@@ -41,7 +41,7 @@ def test_a_homography_is_reproduced_exactly():
     assert np.abs(points - truth).max() < 1e-9
 
 
-def test_interpolation_of_a_bent_lattice_is_close_and_exact_at_corners():
+def test_interpolation_is_exact_at_corners():
     rng = np.random.default_rng(1)
     truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
     points, inside = locate_pixels(bent(truth), view())
@@ -54,7 +54,7 @@ def test_interpolation_of_a_bent_lattice_is_close_and_exact_at_corners():
     assert np.abs(points - BOARD).max() < 1e-9
 
 
-def test_inside_agrees_with_testing_every_cell():
+def test_locate_pixels_agrees_with_brute_force():
     rng = np.random.default_rng(2)
     pixels = rng.uniform(-20, 330, (20000, 2))
     cells = board_cells(view())
@@ -66,7 +66,7 @@ def test_inside_agrees_with_testing_every_cell():
 
 
 @pytest.mark.parametrize("order", [slice(None, None, -1), None])
-def test_orientation_and_order_of_the_lattice_do_not_matter(order):
+def test_locate_pixels_ignores_lattice_orientation(order):
     lattice = view().pixels.reshape(ROWS, COLUMNS, 2)
     board = BOARD.reshape(ROWS, COLUMNS, 2)
     if order is None:
@@ -81,7 +81,7 @@ def test_orientation_and_order_of_the_lattice_do_not_matter(order):
     assert np.allclose(a, b, atol=1e-9, equal_nan=True)
 
 
-def test_a_missing_corner_takes_its_four_cells_with_it():
+def test_missing_corner_removes_four_cells():
     missing = view()
     missing.pixels[8] = np.nan
     assert len(board_cells(missing).corners) == (COLUMNS - 1) * (ROWS - 1) - 4
@@ -91,7 +91,7 @@ def test_a_missing_corner_takes_its_four_cells_with_it():
     assert np.array_equal(points[inside], whole[inside])
 
 
-def test_whole_pixels_on_the_board():
+def test_pixels_on_board_lists_whole_pixels():
     pixels, points = pixels_on_board(view(), 200, 180, step=3)
     assert np.all(pixels % 3 == 0)
     assert pixels.min() >= 0
@@ -104,7 +104,7 @@ def test_whole_pixels_on_the_board():
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, 3.3])
 @pytest.mark.parametrize("step", [1, 3])
-def test_runs_are_the_pixels_that_lie_in_a_cell(turn, step):
+def test_pixel_runs_cover_cells(turn, step):
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     turned = (bent(BOARD) - [150, 110]) @ rotation.T + [150, 110]
     cells = board_cells(view()._replace(pixels=turned))
@@ -125,7 +125,7 @@ def test_runs_are_the_pixels_that_lie_in_a_cell(turn, step):
     assert np.count_nonzero(number >= 0) == np.count_nonzero(expected >= 0)
 
 
-def test_counts_and_numbers_are_checked():
+def test_view_counts_and_values_are_checked():
     good = view()
     with pytest.raises(InputError, match=r"left\.png: corners.*7 x 4"):
         locate_pixels(np.zeros((1, 2)), good._replace(rows=4))
@@ -134,14 +134,14 @@ def test_counts_and_numbers_are_checked():
         locate_pixels(np.zeros((1, 2)), good)
 
 
-def test_no_cell_at_all_means_nothing_inside():
+def test_view_without_cells_covers_no_pixel():
     empty = view()
     empty.pixels[:] = np.nan
     _, inside = locate_pixels(np.zeros((3, 2)), empty)
     assert not inside.any()
 
 
-def test_the_pixels_that_a_board_covers_lie_about_its_middle():
+def test_covered_pixels_surround_board_centre():
     """Over shifts by parts of a pixel, their mean is that of the board's outline."""
     off = []
     for shift in np.stack(np.meshgrid(*2 * [np.arange(10) / 10]), -1).reshape(-1, 2):
@@ -153,7 +153,7 @@ def test_the_pixels_that_a_board_covers_lie_about_its_middle():
 
 
 @pytest.mark.parametrize("hand", [1.0, -1.0])
-def test_a_board_covers_its_whole_cells_whichever_way_it_is_seen(hand):
+def test_covered_cells_ignore_orientation(hand):
     """Six by four cells of 20 x 20; a corner that is missing takes four along."""
     stretch = np.array([[1.5, 0.4], [-0.3 * hand, 0.8 * hand]])
     seen = view(lambda points: points @ stretch.T)

@@ -47,7 +47,7 @@ def rays_off(camera, views):
     return angular_residual(rays.directions[both], true.directions[both])
 
 
-def test_exact_points_give_a_formula_to_single_precision():
+def test_dense_view_calibrates_lens_to_single_precision():
     found = calibrate_zhang(grids_of(NEARER, PINHOLE), WIDTH, HEIGHT)
     assert np.abs(found.camera.K - K).max() < 5e-3
     assert np.abs(found.camera.radial - PINHOLE.radial).max() < 1e-4
@@ -64,7 +64,7 @@ def rays_off_everywhere(camera):
     return angular_residual(*directions).max()
 
 
-def test_exact_points_give_the_general_camera_at_every_pixel_of_a_grid():
+def test_dense_view_calibrates_every_pixel():
     views = grids_of(POSES, FISHEYE)
     rng = np.random.default_rng(0)
     found = calibrate_generic(views, WIDTH, HEIGHT, rng=rng)
@@ -75,7 +75,7 @@ def test_exact_points_give_the_general_camera_at_every_pixel_of_a_grid():
     assert found.share_with_ray == np.mean(board_counts(views, WIDTH, HEIGHT) > 0)
 
 
-def test_what_noise_leaves_is_the_noise():
+def test_dense_residual_equals_noise():
     views = grids_of(POSES, FISHEYE, NOISE_MM)
     found = calibrate_generic(views, WIDTH, HEIGHT, rng=np.random.default_rng(0))
     exact = grids_of(POSES, FISHEYE)
@@ -90,14 +90,14 @@ def test_what_noise_leaves_is_the_noise():
     assert 1 < judged.rms_px / judged.sd_px < 1.5
 
 
-def test_a_formula_that_does_not_fit_is_told():
+def test_wrong_lens_model_is_reported():
     views = grids_of(NEARER, PINHOLE, NOISE_MM)
     straight = PerspectiveCamera(K, [0.0, 0.0], WIDTH, HEIGHT)
     assert not misfit(evaluate_camera(PINHOLE, views).images, views).large
     assert misfit(evaluate_camera(straight, views).images, views).large
 
 
-def test_the_stated_deviation_is_that_of_pixels():
+def test_dense_sigma_is_converted_to_pixels():
     # A pinhole straight before the grid: 0.5 mm a pixel along u, 0.504 along v.
     camera = PerspectiveCamera(K, [0, 0], WIDTH, HEIGHT)
     T = np.eye(4)
@@ -112,7 +112,7 @@ def test_the_stated_deviation_is_that_of_pixels():
     assert dense_view(points).sd is None
 
 
-def test_a_pixel_is_looked_up_between_its_neighbours_and_never_across_an_edge():
+def test_locate_does_not_interpolate_across_edges():
     points = seen_points(FISHEYE, POSES[0])
     points[60:70, 100:110] = np.nan
     points[:, 130:] += 40.0  # another facet
@@ -135,7 +135,7 @@ def test_a_pixel_is_looked_up_between_its_neighbours_and_never_across_an_edge():
     assert np.isnan(found[~inside]).all()
 
 
-def test_through_a_mirror_the_grid_is_its_image():
+def test_mirrored_grid_is_flipped():
     points = seen_points(FISHEYE, POSES[0])
     seen = dense_view(points)
     mirrored = points.copy()
@@ -158,13 +158,13 @@ def test_through_a_mirror_the_grid_is_its_image():
         (np.full((20, 20, 2), [np.nan, 1.0]), {}, "found 0 "),
     ],
 )
-def test_what_is_no_view_is_refused(location, more, told):
+def test_dense_view_rejects_invalid_input(location, more, told):
     with pytest.raises(InputError, match=f"one: {told}"):
         dense_view(location, **more, name="one")
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-def test_points_count_by_their_deviations_along_both_axes(axis):
+def test_dense_points_are_weighted_per_axis(axis):
     location = np.array([[[3.0, -2.0], [5.0, 7.0], [np.nan, 1.0]]], np.float32)
     sigma = np.full((1, 3, 2), 0.5, np.float32)
     sigma[0, 1, axis] = 1.2
@@ -176,7 +176,7 @@ def test_points_count_by_their_deviations_along_both_axes(axis):
     np.testing.assert_allclose(sums[0, :2, 3], weight[:2] * [-6, 35], rtol=1e-6)
 
 
-def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
+def test_dense_lattice_keeps_pixel_points():
     points = seen_points(FISHEYE, POSES[0])
     view = dense_view(points, np.full(points.shape, 0.1), name="a")
     found = np.isfinite(view.pixels[:, 0])
@@ -189,7 +189,7 @@ def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
     assert view.area() == np.count_nonzero(np.isfinite(points[..., 0]))
 
 
-def test_the_surer_of_two_points_counts_more_in_a_ray():
+def test_precise_point_has_larger_weight():
     T = np.eye(4)[None] + np.array([[[0, 0, 0, 0]] * 2 + [[0, 0, 0, 100.0], [0] * 4]])
     grids = []
     for shift, sigma in ((0.0, 0.1), (1.0, 0.3)):

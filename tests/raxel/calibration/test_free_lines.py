@@ -15,7 +15,7 @@ from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 from tests.calibration_scenes import scene
 
 
-def test_offsets_follow_the_poses_as_lines_fitted_anew_do():
+def test_line_offsets_follow_poses():
     centre, T, _, points = scene(3, grids=4, count=20)
     points = points + np.random.default_rng(3).normal(0, 0.01, points.shape)
     central = adjust_consistent(points, None, centre, T, sigma=0.01)
@@ -33,7 +33,7 @@ def test_offsets_follow_the_poses_as_lines_fitted_anew_do():
     np.testing.assert_allclose(told, due, atol=1e-3 * np.abs(due).max())
 
 
-def test_where_grids_cross_points_make_no_line():
+def test_crossing_grids_determine_no_line():
     """Three grids that have the line y = 0 in common, 500 mm ahead of the centre."""
     T = np.stack(
         [pose(rotation_from_vector([a, 0, 0]), [0, 0, 500.0]) for a in (-0.5, 0, 0.5)]

@@ -27,7 +27,7 @@ def begun(noise=0.0, seed=3):
 
 
 @pytest.mark.parametrize("place", [grid_pose_ransac, pose_from_rays])
-def test_exact_grids_are_placed_and_extend_what_is_calibrated(place):
+def test_further_grids_extend_calibrated_area(place):
     centre, T, points, start = begun()
     # Half of the rays see nothing of the first grids, but for those of the fourth.
     far = np.arange(points.shape[1]) % 2 == 1
@@ -42,7 +42,7 @@ def test_exact_grids_are_placed_and_extend_what_is_calibrated(place):
     assert off.max() < 1e-6
 
 
-def test_without_joining_only_rays_of_the_first_grids_place_others():
+def test_unjoined_grids_use_first_rays_only():
     _, _, points, start = begun()
     far = np.arange(points.shape[1]) % 2 == 1
     points[:FIRST, far] = np.nan
@@ -54,7 +54,7 @@ def test_without_joining_only_rays_of_the_first_grids_place_others():
     assert "0 points" in found.failed[4]
 
 
-def test_relaxing_keeps_the_centre_and_shortens_the_distances():
+def test_relaxation_keeps_centre_and_reduces_distances():
     _, _, points, start = begun(noise=0.5)
     first = points[:FIRST]
     seen = np.ones(first.shape[:2], bool)
@@ -73,7 +73,7 @@ def test_relaxing_keeps_the_centre_and_shortens_the_distances():
     np.testing.assert_array_equal(some.T_base_grid, every_third.T_base_grid)
 
 
-def test_distances_of_points_from_rays_are_those_across_them():
+def test_ray_distances_are_perpendicular():
     points = np.array([[[0.0, 3.0, 7.0], [4.0, 0.0, -2.0]]])
     along_z = np.tile([0.0, 0.0, 1.0], (2, 1))
     np.testing.assert_allclose(
@@ -85,7 +85,7 @@ def test_distances_of_points_from_rays_are_those_across_them():
     )
 
 
-def test_wrong_points_of_the_first_grids_do_not_make_further_ones_right():
+def test_wrong_first_points_do_not_widen_threshold():
     """A tenth of them are 60 mm off; the usual distance is that of the others."""
     _, _, points, start = begun(noise=0.2)
     points[1, ::10] += [60.0, 0.0]

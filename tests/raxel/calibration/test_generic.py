@@ -41,7 +41,7 @@ def six_boards():
     # homographies (a pixel is 0.57 degrees).
     [("homographic", 0.06, 0.5, 0.01), ("by need", 0.012, 0.1, 0.002)],
 )
-def test_exact_boards_give_the_rays_to_within_the_interpolation(
+def test_generic_rays_are_exact_within_interpolation(
     interpolation, ray_deg, centre_mm, rms_deg
 ):
     poses = board_poses(0, 6)
@@ -54,7 +54,7 @@ def test_exact_boards_give_the_rays_to_within_the_interpolation(
     assert found.rms_deg < rms_deg
 
 
-def test_the_table_covers_what_the_boards_cover(six_boards):
+def test_generic_table_covers_boards(six_boards):
     poses, _ = six_boards
     found = calibrated(views_of(poses), interpolation="homographic")
     covered = np.zeros((HEIGHT, WIDTH), bool)
@@ -65,7 +65,7 @@ def test_the_table_covers_what_the_boards_cover(six_boards):
     assert found.share_with_ray == pytest.approx(np.mean(covered))
 
 
-def test_the_frames_belong_together(six_boards):
+def test_generic_frames_are_consistent(six_boards):
     poses, found = six_boards
     T_camera_base = found.T_camera_grid[0]
     assert np.allclose(found.T_base_grid[0], np.eye(4))
@@ -85,14 +85,14 @@ def test_the_frames_belong_together(six_boards):
     )
 
 
-def test_boards_kept_out_are_predicted(six_boards):
+def test_generic_camera_predicts_held_out_boards(six_boards):
     _, found = six_boards
     score = evaluate_camera(found.camera, views_of(board_poses(50, 3)))
     assert score.share_with_ray > 0.8
     assert score.rms_px < 0.03
 
 
-def test_noise_of_the_corners_passes_through_without_gain():
+def test_generic_noise_gain_is_one():
     views = views_of(board_poses(2, 5), noise=0.1)
     found = calibrated(views)
     assert sorted(found.used) == list(range(5))
@@ -100,7 +100,7 @@ def test_noise_of_the_corners_passes_through_without_gain():
     assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.12
 
 
-def test_a_wrong_board_is_left_out_with_the_reason():
+def test_wrong_board_is_rejected_with_reason():
     views = views_of(board_poses(4, 5))
     # Half the board's size: no pose on the true rays.
     views[3] = views[3]._replace(points=views[3].points * [0.5, 1.0])
@@ -109,7 +109,7 @@ def test_a_wrong_board_is_left_out_with_the_reason():
     assert "agrees with" in found.left_out[3]
 
 
-def test_missing_corners_and_an_empty_view_do_no_harm():
+def test_missing_corners_and_empty_view_are_accepted():
     views = views_of(board_poses(5, 6))
     views[2].pixels[[0, 40]] = np.nan
     views[4].pixels[:] = np.nan
@@ -119,7 +119,7 @@ def test_missing_corners_and_an_empty_view_do_no_harm():
     assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.08
 
 
-def test_the_same_generator_gives_the_same_camera():
+def test_generic_calibration_is_reproducible():
     views = views_of(board_poses(6, 4), noise=0.1)
     first, again = calibrated(views), calibrated(views)
     assert np.array_equal(
@@ -127,13 +127,13 @@ def test_the_same_generator_gives_the_same_camera():
     )
 
 
-def test_too_few_boards_are_refused():
+def test_too_few_boards_are_rejected():
     with raises_code("too-few-grids"):
         calibrated(views_of(board_poses(0, 2)))
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
-def test_parallel_boards_are_refused(noise):
+def test_parallel_boards_are_rejected(noise):
     poses = board_poses(7, 4)
     turn = rotation_from_vector(np.outer([0.0, 0.2, -0.3, 0.4], [0, 0, 1.0]))
     R = poses[0, :3, :3] @ turn
@@ -144,14 +144,14 @@ def test_parallel_boards_are_refused(noise):
         calibrated(views)
 
 
-def test_boards_that_do_not_overlap_are_refused():
+def test_boards_that_do_not_overlap_are_rejected():
     R = rotation_from_vector(np.array([[0.3, 0, 0], [0, 0.3, 0], [-0.3, 0, 0]]))
     t = np.array([[-420.0, -60, 260], [0, -60, 300], [300.0, -60, 260]])
     with raises_code("no-overlap"):
         calibrated(views_of(pose(R, t)))
 
 
-def test_samples_are_where_the_boards_are():
+def test_board_samples_lie_on_boards():
     views = views_of(board_poses(8, 3))
     samples = sample_boards(views, WIDTH, HEIGHT, 3000)
     assert 1500 < samples.seen.sum() < 6000
@@ -162,7 +162,7 @@ def test_samples_are_where_the_boards_are():
     assert 0.2 < half.seen.sum() / samples.seen.sum() < 0.3
 
 
-def test_a_board_twice_as_far_off_weighs_a_quarter(six_boards):
+def test_distant_board_has_quarter_weight(six_boards):
     """Of those that were placed by rays; the first three count in full."""
     _, found = six_boards
     assert (found.weights[:3] == 1).all()
@@ -172,7 +172,7 @@ def test_a_board_twice_as_far_off_weighs_a_quarter(six_boards):
     np.testing.assert_allclose(found.weights[3:], due, rtol=1e-6)
 
 
-def test_of_many_boards_those_of_least_noise_are_tried(monkeypatch):
+def test_least_noisy_boards_are_tried_first(monkeypatch):
     noise = np.random.default_rng(0).permutation(14) + 1.0
     pairs = {(0, k): SimpleNamespace(noise=noise[k - 1]) for k in range(1, 15)}
     monkeypatch.setattr(

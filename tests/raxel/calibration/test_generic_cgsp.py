@@ -44,7 +44,7 @@ def centre_off(found, poses=POSES):
 
 
 @pytest.mark.parametrize("adjust", [True, False])
-def test_exact_points_of_active_grids_give_the_exact_camera(adjust):
+def test_cgsp_is_exact_on_exact_active_grids(adjust):
     views = grids_of(POSES, FISHEYE)
     found = calibrated(views, adjust=adjust)
     assert sorted(found.used) == list(range(len(POSES)))
@@ -54,7 +54,7 @@ def test_exact_points_of_active_grids_give_the_exact_camera(adjust):
     assert found.linear.inliers.mean(axis=1).min() > 0.4
 
 
-def test_noise_leaves_the_noise_and_says_so():
+def test_cgsp_residual_equals_noise():
     views = grids_of(POSES, FISHEYE, NOISE_MM)
     found = calibrated(views)
     assert centre_off(found) < 0.03
@@ -64,7 +64,7 @@ def test_noise_leaves_the_noise_and_says_so():
     assert found.weights.tolist() == [1.0] * len(POSES)
 
 
-def test_boards_serve_as_well():
+def test_cgsp_accepts_boards():
     views = views_of(POSES, noise=0.1)
     found = calibrated(views)
     assert sorted(found.used) == list(range(len(POSES)))
@@ -79,7 +79,7 @@ def spoilt(views_points, share, rng):
     return points
 
 
-def test_wrong_points_move_neither_centre_nor_poses():
+def test_cgsp_tolerates_wrong_points():
     rng = np.random.default_rng(1)
     points = [seen_points(FISHEYE, T) for T in POSES]
     views = [
@@ -91,7 +91,7 @@ def test_wrong_points_move_neither_centre_nor_poses():
     assert centre_off(found) < 1e-3
 
 
-def test_a_grid_of_other_points_is_left_out_with_the_reason():
+def test_unrelated_grid_is_rejected_with_reason():
     rng = np.random.default_rng(2)
     points = [seen_points(FISHEYE, T) for T in POSES]
     points[2] = np.where(
@@ -102,7 +102,7 @@ def test_a_grid_of_other_points_is_left_out_with_the_reason():
     assert "pose" in found.left_out[2]
 
 
-def test_a_grid_beside_the_base_gets_its_pose_from_the_rays():
+def test_grid_without_base_overlap_gets_pose_from_rays():
     """A chain of grids: the last overlaps two others, not the base."""
     shifts = np.array([[0, 0, 0], [-25, 5, 5], [25, -5, 10], [-75, 0, 0], [75, 0, 5.0]])
     T = board_poses(3, 5, spread=(0.0, 0.0))
@@ -121,7 +121,7 @@ def test_a_grid_beside_the_base_gets_its_pose_from_the_rays():
     assert np.all(found.weights <= 1)
 
 
-def test_parallel_grids_and_grids_apart_are_refused():
+def test_parallel_and_separate_grids_are_rejected():
     flat = pose(np.eye(3), [[-70.0, -60, 120], [-90, -50, 140], [-60, -70, 150]])
     with raises_code("not-determined"):
         calibrated(grids_of(flat, FISHEYE, NOISE_MM))
@@ -138,7 +138,7 @@ def one_centre(views):
     return centrality_of_views(used, WIDTH, HEIGHT, found.T_camera_grid)
 
 
-def test_grids_tell_how_far_from_one_point_the_rays_of_a_fisheye_pass():
+def test_centrality_test_measures_fisheye_distance():
     law = "equidistance", 100.0, [122.0, 88.0]
     camera = AxialCamera(*law, (30.0,), WIDTH, HEIGHT, np.pi / 2)
     views = grids_of(POSES, camera, NOISE_MM)
@@ -151,7 +151,7 @@ def test_grids_tell_how_far_from_one_point_the_rays_of_a_fisheye_pass():
 
 
 @pytest.mark.parametrize("seen", [grids_of, views_of])
-def test_central_views_raise_no_alarm(seen):
+def test_central_views_pass_centrality_test(seen):
     noise = {grids_of: NOISE_MM, views_of: 0.1}[seen]
     p_values = [
         one_centre(seen(board_poses(k, 5), FISHEYE, noise, k)).p_value for k in (21, 22)
@@ -160,14 +160,14 @@ def test_central_views_raise_no_alarm(seen):
     assert max(p_values) > 0.1
 
 
-def test_too_few_common_pixels_are_no_test():
+def test_too_few_common_pixels_give_no_test():
     T = board_poses(3, 3, spread=(0.0, 0.0))
     T[:, :3, 3] += [[-60.0, 0, 0], [0, 0, 0], [60, 0, 0]]
     views = grids_of(T, FISHEYE, NOISE_MM, size_mm=0.3 * SIZE_MM)
     assert centrality_of_views(views, WIDTH, HEIGHT, T) is None
 
 
-def test_a_grid_of_less_weight_moves_a_ray_less():
+def test_grid_weight_scales_influence():
     T = POSES[:2]
     exact = [seen_points(FISHEYE, one) for one in T]
     moved = [dense_view(exact[0]), dense_view(exact[1] + 1.0)]
@@ -189,7 +189,7 @@ def test_a_grid_of_less_weight_moves_a_ray_less():
 
 
 @pytest.mark.parametrize("every_pixel", [True, False])
-def test_no_more_pixels_are_tested_than_err_apart(monkeypatch, every_pixel):
+def test_centrality_test_limits_correlated_pixels(monkeypatch, every_pixel):
     """One for each window of the decoder, 7 x 7 px, or for each cell of a board."""
 
     def taken(views, width, height, count):
@@ -205,7 +205,7 @@ def test_no_more_pixels_are_tested_than_err_apart(monkeypatch, every_pixel):
     assert told.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))
 
 
-def test_each_point_of_a_grid_has_the_deviations_of_its_own_pixel(monkeypatch):
+def test_grid_points_keep_their_pixel_sigma(monkeypatch):
     rng = np.random.default_rng(11)
     views = [
         SimpleNamespace(every_pixel=True, sigma=rng.uniform(1, 2, (6, 9, 2)))

@@ -54,7 +54,7 @@ def tilted(normal, degrees, about):
 
 
 @pytest.mark.parametrize("degrees", [0, 20, 40, 60])
-def test_without_noise_every_plane_gives_the_pose(degrees):
+def test_linear_pose_is_exact_for_any_plane(degrees):
     directions, points, rng = exact(1)
     normal = tilted(synthetic_plane_normal(directions), degrees, [0.3, 1.0, 0.2])
     found = linear_grid_pose(directions, points, normal=normal)
@@ -65,7 +65,7 @@ def test_without_noise_every_plane_gives_the_pose(degrees):
     assert np.count_nonzero(again.inliers) == len(points) - again.behind
 
 
-def test_the_normal_minimises_the_squared_sines_and_looks_ahead():
+def test_synthetic_normal_minimises_squared_sines():
     directions, _, rng = exact(2)
     normal = synthetic_plane_normal(-directions)
 
@@ -77,7 +77,7 @@ def test_the_normal_minimises_the_squared_sines_and_looks_ahead():
     assert np.all(-directions @ normal > 0)
 
 
-def test_a_wide_camera_close_to_the_grid_leaves_out_rays_behind_the_plane():
+def test_rays_behind_plane_are_excluded():
     # The grid reaches from one side of the camera almost to the other: 165 degrees.
     near = pose(np.eye(3), [0.0, 0.0, 40.0])
     rng = np.random.default_rng(3)
@@ -90,7 +90,7 @@ def test_a_wide_camera_close_to_the_grid_leaves_out_rays_behind_the_plane():
     assert np.abs(found.T_camera_grid - near).max() < 1e-8
 
 
-def test_rays_in_a_wide_ring_get_a_plane_that_all_of_them_meet():
+def test_facing_plane_meets_all_rays():
     near = pose(np.eye(3), [0.0, 0.0, 100.0])
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     points = 250 * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -104,7 +104,7 @@ def test_rays_in_a_wide_ring_get_a_plane_that_all_of_them_meet():
 
 
 @pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 2.0), ("angle", 4e-3)])
-def test_ransac_leaves_out_wrong_pairs_and_fits_all_right_ones(metric, threshold):
+def test_ransac_rejects_outliers_and_refits_inliers(metric, threshold):
     directions, points, rng = exact(5, count=1500)
     points += 0.3 * rng.standard_normal(points.shape)
     points[:300] = rng.uniform(-300, 300, (300, 2))
@@ -119,7 +119,7 @@ def test_ransac_leaves_out_wrong_pairs_and_fits_all_right_ones(metric, threshold
     assert turn_and_shift(found.T_camera_grid)[0] < turn_and_shift(everything)[0] / 20
 
 
-def test_the_threshold_is_a_length_or_an_angle():
+def test_ransac_threshold_is_length_or_angle():
     directions, points, rng = exact(6, count=60)
     side = np.cross(directions, [0.0, 0.0, 1.0])
     for k, wrong in ((0, 1e-3), (1, 3e-3)):
@@ -131,7 +131,7 @@ def test_the_threshold_is_a_length_or_an_angle():
         assert not found.inliers[1]
 
 
-def test_jacobian_of_the_angles_equals_differences():
+def test_angular_jacobian_equals_differences():
     directions, points, rng = exact(8, count=40)
     directions[:20] = shaken(directions[:20], 0.5, rng)
     directions[20:30] = shaken(directions[20:30], 1e-5, rng)
@@ -156,7 +156,7 @@ def test_jacobian_of_the_angles_equals_differences():
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_angles_beat_the_linear_pose_and_know_their_error(known):
+def test_angular_pose_is_more_accurate_than_linear(known):
     sigma, squared, linear, angular = 2e-3, [], [], []
     for seed in range(200):
         directions, points, rng = exact(seed, count=60)
@@ -179,7 +179,7 @@ def test_angles_beat_the_linear_pose_and_know_their_error(known):
     assert np.median(angular) < 0.95 * np.median(linear)
 
 
-def test_bad_input_is_refused_in_one_line():
+def test_bad_input_is_rejected_in_one_line():
     directions, points, rng = exact(9, count=20)
     line = np.column_stack([points[:, 0], 2 * points[:, 0]])
     on_line = unit(transform(T_TRUE, lifted(line)))
@@ -203,7 +203,7 @@ def test_bad_input_is_refused_in_one_line():
 
 
 @pytest.mark.parametrize("count", [4, 7])
-def test_noise_that_is_not_told_is_that_of_what_six_numbers_leave(count):
+def test_unknown_noise_uses_six_parameters(count):
     """Two angles of each point; the turns and the shift take six of them."""
     directions, points, rng = exact(11, count)
     directions = shaken(directions, 1e-3, rng)

@@ -91,7 +91,7 @@ def rms(errors):
 # -------------------------------------------------------------------------- the surface
 
 
-def test_a_cubic_surface_is_reproduced_and_corners_are_untouched():
+def test_refined_lattice_reproduces_cubic():
     y, x = np.meshgrid(np.arange(6.0), np.arange(9.0), indexing="ij")
 
     def cubic(x, y):
@@ -104,7 +104,7 @@ def test_a_cubic_surface_is_reproduced_and_corners_are_untouched():
     assert np.array_equal(refined_lattice(given, 3)[::3, ::3], given)
 
 
-def test_slopes_do_not_jump_between_cells():
+def test_refined_lattice_is_c1():
     given = np.random.default_rng(1).normal(size=(6, 8))
     for axis in (0, 1):
         bends = [
@@ -115,7 +115,7 @@ def test_slopes_do_not_jump_between_cells():
         assert bends[1] < 0.27 * bends[0]
 
 
-def test_a_hole_takes_its_cells_and_no_more():
+def test_refined_lattice_hole_removes_its_cells_only():
     given = np.random.default_rng(2).normal(size=(6, 9))
     whole = refined_lattice(given, 4)
     given[2, 3] = np.nan
@@ -131,7 +131,7 @@ def test_a_hole_takes_its_cells_and_no_more():
 # ------------------------------------------------------------------------- on one board
 
 
-def test_a_pinhole_is_exact_with_either():
+def test_both_interpolations_are_exact_for_pinhole():
     view = views_of(PINHOLE)[0]
     truth = np.random.default_rng(4).uniform(0, 60, (500, 2))
     H = np.linalg.inv(board_cells(view).board_from_pixel[0])
@@ -146,7 +146,7 @@ def test_a_pinhole_is_exact_with_either():
 
 @pytest.mark.parametrize("name", BENT)
 @pytest.mark.parametrize("size", [(9, 6), (15, 15)])
-def test_bent_cells_are_followed(name, size):
+def test_smooth_interpolation_follows_bent_cells(name, size):
     camera, gaps = BENT[name], {}
     T, view = poses_of(1, 6)[2], views_of(camera, size)[2]
     for way in ("homographic", "by need"):
@@ -161,14 +161,14 @@ def test_bent_cells_are_followed(name, size):
 
 
 @pytest.mark.parametrize("size", [(9, 6), (15, 15)])
-def test_the_noise_of_corners_is_read_off_the_corners(size):
+def test_corner_variance_estimates_noise(size):
     for camera in (PINHOLE, *BENT.values()):
         views = views_of(camera, size, count=10, noise=0.2)
         found = np.sqrt(np.median([corner_variance(view) for view in views]))
         assert found == pytest.approx(0.2, rel=0.15)
 
 
-def test_another_name_is_refused():
+def test_unknown_interpolation_is_rejected():
     with pytest.raises(ValueError, match="'homographic', 'smooth', 'by need'"):
         interpolated_view(views_of(PINHOLE)[0], "linear")
 
@@ -177,7 +177,7 @@ def test_another_name_is_refused():
 
 
 @pytest.mark.parametrize("name", BENT)
-def test_exact_corners_of_a_bent_camera_give_its_rays(name):
+def test_interpolation_gives_rays_of_bent_camera(name):
     camera = BENT[name]
     found = calibrated(views_of(camera, count=4))
     assert found.interpolation == ("smooth",) * 4
@@ -188,13 +188,13 @@ def test_exact_corners_of_a_bent_camera_give_its_rays(name):
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
-def test_noise_alone_leaves_a_pinhole_as_it_is(noise):
+def test_noise_does_not_select_smooth_interpolation(noise):
     for size in ((9, 6), (15, 15), (5, 7)):
         for view in views_of(PINHOLE, size, count=10, noise=noise):
             assert interpolated_view(view, "by need")[1] == "homographic"
 
 
-def test_boards_with_missing_corners_are_taken():
+def test_interpolation_accepts_missing_corners():
     camera = BENT["hyperboloid mirror"]
     views = views_of(camera, count=4)
     views[0].pixels[[0, 22]] = np.nan
@@ -205,7 +205,7 @@ def test_boards_with_missing_corners_are_taken():
     assert ray_errors_px(found, camera).max() < 0.1
 
 
-def test_the_noise_of_few_corners_is_not_told_for_less():
+def test_corner_variance_of_few_corners_is_not_too_small():
     """The least of several estimates runs low, by a fifth of the variance here."""
     views = views_of(PINHOLE, (6, 5), count=40, noise=0.2)
     found = [corner_variance(view) for view in views]

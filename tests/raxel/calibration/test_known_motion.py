@@ -47,7 +47,7 @@ def line_gap(rays, origins):
 @given(
     seed=st.integers(0, 10**6), count=st.sampled_from([2, 3, 5]), central=st.booleans()
 )
-def test_rays_are_exact_without_noise(seed, count, central):
+def test_known_motion_rays_are_exact(seed, count, central):
     origins, directions = bundle(seed, central=central)
     T = grids(seed + 1, count)
     rays = rays_from_known_motion(seen_on(origins, directions, T), T)
@@ -58,7 +58,7 @@ def test_rays_are_exact_without_noise(seed, count, central):
     assert rays.rms.max() < 1e-10
 
 
-def test_two_points_give_their_join_and_its_pluecker_matrix():
+def test_two_points_give_join():
     origins, directions = bundle(1)
     T = grids(2)
     points = seen_on(origins, directions, T)
@@ -71,7 +71,7 @@ def test_two_points_give_their_join_and_its_pluecker_matrix():
     np.testing.assert_allclose(rays.pluecker(), join, atol=1e-9)
 
 
-def test_rays_of_many_grids_begin_on_the_first_that_they_see():
+def test_rays_start_on_first_seen_grid():
     origins, directions = bundle(4)
     T = grids(5, 4)
     points = seen_on(origins, directions, T)
@@ -83,7 +83,7 @@ def test_rays_of_many_grids_begin_on_the_first_that_they_see():
     np.testing.assert_allclose(rays.origins, due, atol=1e-8)
 
 
-def test_more_points_give_the_line_of_least_squares():
+def test_several_points_give_least_squares_line():
     origins, directions = bundle(7, count=4)
     T = grids(8, 4)
     rng = np.random.default_rng(9)
@@ -106,7 +106,7 @@ def test_more_points_give_the_line_of_least_squares():
         assert np.all(cost(rays.origins, turned) > best - 1e-9)
 
 
-def test_a_pixel_uses_the_grids_it_sees_and_needs_two():
+def test_pixel_needs_two_seen_grids():
     origins, directions = bundle(10, count=5)
     T = grids(11, 3)
     points = seen_on(origins, directions, T)
@@ -122,7 +122,7 @@ def test_a_pixel_uses_the_grids_it_sees_and_needs_two():
     assert line_gap(rays, origins)[:3].max() < 1e-9
 
 
-def test_a_pixel_on_the_crossing_of_two_planes_has_no_ray():
+def test_pixel_on_intersection_has_no_ray():
     T = pose(
         rotation_from_vector([[0.0, 0, 0], [0, 0.5, 0]]), np.array([[0, 0, 500.0]] * 2)
     )
@@ -148,7 +148,7 @@ def test_a_pixel_on_the_crossing_of_two_planes_has_no_ray():
         (lambda p, T: (np.full_like(p, np.nan), T, None), "known motion: "),
     ],
 )
-def test_bad_input_has_one_line(change, words):
+def test_known_motion_errors_have_one_line(change, words):
     origins, directions = bundle(14)
     T = grids(15)
     arguments = change(seen_on(origins, directions, T), T)
@@ -157,7 +157,7 @@ def test_bad_input_has_one_line(change, words):
     assert "\n" not in str(caught.value)
 
 
-def test_a_grid_that_slides_in_its_own_plane_is_refused():
+def test_coplanar_grids_are_rejected():
     origins, directions = bundle(16)
     T = grids(17)
     turned = T[0] @ pose(rotation_from_vector([0, 0, 0.4]), [80.0, -30.0, 0.0])
@@ -166,7 +166,7 @@ def test_a_grid_that_slides_in_its_own_plane_is_refused():
         rays_from_known_motion(seen_on(origins, directions, T), T)
 
 
-def test_no_overlap_is_a_calibration_error():
+def test_no_overlap_is_calibration_error():
     origins, directions = bundle(18, count=4)
     T = grids(19)
     seen = np.array([[True, True, False, False], [False, False, True, True]])
@@ -174,7 +174,7 @@ def test_no_overlap_is_a_calibration_error():
         rays_from_known_motion(seen_on(origins, directions, T), T, seen)
 
 
-def test_pixels_that_do_not_see_the_last_grid_have_the_same_rays():
+def test_rays_do_not_need_last_grid():
     """As few as the first two of five tell where a ray comes from and leads to."""
     origins, directions = bundle(8)
     T = grids(9, 5)

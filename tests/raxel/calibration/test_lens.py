@@ -27,7 +27,7 @@ CASES = [(name, law) for name, laws in LAW_OF.items() for law in laws]
 
 
 @pytest.mark.parametrize("base", ["kannala-brandt", "unified", "perspective"])
-def test_derivatives_are_those_of_differences(base):
+def test_lens_derivatives_equal_differences(base):
     formula = LensFormula(base, 2, 4, 2)
     values = np.array(
         [300.0, 310, 320, 240]
@@ -60,7 +60,7 @@ def test_derivatives_are_those_of_differences(base):
 
 
 @pytest.mark.parametrize(("name", "law"), CASES)
-def test_exact_corners_come_back_on_boards_that_were_kept_out(name, law):
+def test_exact_corners_are_predicted_on_held_out_boards(name, law):
     true, reach = CAMERAS[name]
     views = boards(true, 13, reach, seed=len(name))
     pupil = "by test" if law == "kannala-brandt" else "fixed"
@@ -74,7 +74,7 @@ def test_exact_corners_come_back_on_boards_that_were_kept_out(name, law):
         assert found.pupil.moves == (name == "moving pupil")
 
 
-def test_noise_gives_the_covariance_and_no_moving_pupil():
+def test_noise_gives_covariance_and_no_pupil_shift():
     true, reach = CAMERAS["fisheye of 183 degrees"]
     terms = np.array([290.0, 289.0, 651.0, 470.0, *true.k[1:]])
     off = []
@@ -93,7 +93,7 @@ def test_noise_gives_the_covariance_and_no_moving_pupil():
     assert 2 < np.mean(off) < 14
 
 
-def test_the_shift_of_the_pupil_comes_with_its_deviation():
+def test_pupil_shift_has_standard_deviation():
     true, reach = CAMERAS["moving pupil"]
     views = boards(true, 12, reach, seed=1, noise=0.2)
     test = calibrate_lens(views, *SIZE, "kannala-brandt").pupil
@@ -105,7 +105,7 @@ def test_the_shift_of_the_pupil_comes_with_its_deviation():
     assert test.shift == pytest.approx(4 * 1.5**2 + 1.5**4, abs=3 * test.shift_sd)
 
 
-def test_wrong_corners_are_named_and_pull_at_nothing():
+def test_wrong_corners_are_listed_with_zero_weight():
     true, reach = CAMERAS["decentred fisheye"]
     views = boards(true, 10, reach, seed=2, noise=0.1)
     rng = np.random.default_rng(5)
@@ -122,7 +122,7 @@ def test_wrong_corners_are_named_and_pull_at_nothing():
     assert evaluate_camera(found.camera, clean).rms_px < 0.05
 
 
-def test_what_determines_no_lens_is_refused_in_words():
+def test_lens_rejects_degenerate_boards():
     true, _ = CAMERAS["wide perspective"]
     views = boards(true, 3, (0.0, 0.3), seed=6)
     with pytest.raises(InputError, match="1 view"):
@@ -133,7 +133,7 @@ def test_what_determines_no_lens_is_refused_in_words():
         calibrate_lens(views, *SIZE, "unified", pupil="maybe")
 
 
-def test_parallel_boards_of_a_pinhole_determine_no_focal_length():
+def test_parallel_boards_leave_focal_length_undetermined():
     rng = np.random.default_rng(0)
     views = []
     for shift in ([0, 0], [60, 20], [-40, 30]):
@@ -159,7 +159,7 @@ def hardly_tilted(tilt):
     return views
 
 
-def test_a_focal_length_is_told_up_to_a_fifth_of_itself():
+def test_focal_length_sd_limit_is_a_fifth():
     settings = 640, 480, "kannala-brandt"
     found = calibrate_lens(hardly_tilted(0.04), *settings, pupil="fixed", board="flat")
     sd = np.sqrt(found.covariance[0, 0])
@@ -170,7 +170,7 @@ def test_a_focal_length_is_told_up_to_a_fifth_of_itself():
 
 
 @pytest.mark.parametrize("law", LAWS, ids=["equidistance", "pinhole"])
-def test_laws_to_start_from_agree_with_themselves(law):
+def test_start_laws_are_self_consistent(law):
     theta, step = np.linspace(0.05, 1.2, 24), 1e-6
     radius = law.radius(theta)
     np.testing.assert_allclose(law.angle(radius), theta, rtol=1e-12)
@@ -182,7 +182,7 @@ def test_laws_to_start_from_agree_with_themselves(law):
     np.testing.assert_allclose(law.radius(near), series, rtol=0.14 * 0.2**4)
 
 
-def test_the_unified_law_ends_on_the_perspective_lens_that_it_contains():
+def test_unified_law_includes_perspective_lens():
     true, reach = CAMERAS["wide perspective"]
     views = boards(true, 10, reach, seed=3)
     found = calibrate_lens(views, *SIZE, "unified", pupil="fixed")
@@ -194,7 +194,7 @@ def test_the_unified_law_ends_on_the_perspective_lens_that_it_contains():
     assert np.abs(seen - pixels).max() < 1e-3
 
 
-def test_a_corner_is_wrong_from_six_standard_deviations_on():
+def test_corner_is_wrong_beyond_six_sigmas():
     true, reach = CAMERAS["fisheye of 183 degrees"]
     views, sd = boards(true, 6, reach, seed=3), 0.1
     rng = np.random.default_rng(7)

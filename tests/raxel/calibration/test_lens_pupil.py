@@ -28,7 +28,7 @@ def bent(theta):
     return theta * (1 - 0.1 * theta + 0.02 * theta**3)
 
 
-def test_a_law_that_lacks_the_lens_does_not_move_its_pupil():
+def test_unsuitable_law_shows_no_pupil_shift():
     views = boards(DrawnLens(bent, 300.0, (640, 480), 2.5), 8, (0.0, 1.2), seed=3)
     test = calibrate_lens(views, *SIZE, "kannala-brandt").pupil
     assert test.verdict == RESTS
@@ -46,7 +46,7 @@ def test_a_law_that_lacks_the_lens_does_not_move_its_pupil():
         ([-1.0, -1.0, -1.0], 1.0),
     ],
 )
-def test_chance_is_how_often_exchanged_signs_gain_as_much(gain, chance):
+def test_randomisation_p_value_counts_sign_exchanges(gain, chance):
     assert lens_pupil._chance(np.array(gain)) == pytest.approx(chance, rel=0.2)
 
 
@@ -59,9 +59,7 @@ def test_chance_is_how_often_exchanged_signs_gain_as_much(gain, chance):
         (0.1, 0.03, UNDECIDED),
     ],
 )
-def test_a_pupil_moves_if_errors_that_are_gone_were_a_hundredth_of_a_pixel(
-    gain_px, chance, verdict
-):
+def test_pupil_shift_needs_minimum_gain(gain_px, chance, verdict):
     """Independent errors add by their squares."""
     moving_px = 0.2
     assert _pupil_verdict(np.hypot(moving_px, gain_px), moving_px, chance) == verdict
@@ -86,7 +84,7 @@ def law(name, *test):
         ((UNDECIDED, 0.30, 0.29), (MOVES, 0.20, 0.19), UNDECIDED),
     ],
 )
-def test_the_law_that_fits_better_has_to_agree(own, other, verdict):
+def test_better_law_must_agree_on_pupil(own, other, verdict):
     boards_seen = stacked([(np.zeros((4, 2)), np.zeros((4, 2)))])
     found = agreed(law("unified", *own), law("kannala-brandt", *other), boards_seen)
     assert found.verdict == verdict
@@ -95,7 +93,7 @@ def test_the_law_that_fits_better_has_to_agree(own, other, verdict):
     assert found.against == ("kannala-brandt" if against else "")
 
 
-def test_what_is_undecided_is_printed_so():
+def test_undecided_pupil_is_printed():
     pupil = told(UNDECIDED, 0.3, 0.29)._asdict() | {"moves": False, "against": None}
     (line,) = lines({"pupil": pupil}, "mm")
     assert line == (
@@ -107,7 +105,7 @@ def test_what_is_undecided_is_printed_so():
     assert line.endswith("0.29 px, but unified, which fits better, says otherwise")
 
 
-def test_terms_that_are_none_are_found_as_often_as_fishers_law_says():
+def test_pupil_false_positive_rate_follows_f_distribution():
     """Few corners: of 32 coordinates two poses and seven parameters leave thirteen."""
     rng, boards = np.random.default_rng(30), SimpleNamespace(seen=np.ones((2, 8), bool))
     formula = SimpleNamespace(names=tuple("abcdefg"), pupil=2)
@@ -124,7 +122,7 @@ def test_terms_that_are_none_are_found_as_often_as_fishers_law_says():
     assert np.mean(np.less(p_values, 0.1)) == pytest.approx(0.1, abs=0.03)
 
 
-def test_a_kept_out_error_is_that_of_all_corners_whatever_board_they_are_on():
+def test_held_out_error_pools_all_corners():
     rng, seen = np.random.default_rng(31), np.arange(20) < [[20], [3], [8], [5]]
     squares = rng.uniform(0, 1, seen.shape) * [[1], [9], [4], [1]]
     of_boards = np.array(

@@ -28,7 +28,7 @@ def assert_recovered(solution, centre, T_base_grid, length=1e-6, angle=1e-8):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_table_2_1_vanishes_on_exact_points_once_row_3_is_corrected(seed):
+def test_table_2_1_vanishes_with_corrected_row_3(seed):
     centre, T, _, points = scene(seed)
     rows = table_2_1(centre, T[1], T[2])
     printed = table_2_1(centre, T[1], T[2], row_3="printed")
@@ -43,7 +43,7 @@ def test_table_2_1_vanishes_on_exact_points_once_row_3_is_corrected(seed):
     assert np.array_equal(printed[[0, 2]], rows[[0, 2]])
 
 
-def test_solved_coefficients_are_those_of_the_table_up_to_scale():
+def test_solved_coefficients_match_table_up_to_scale():
     centre, T, _, points = scene(4)
     for k in (1, 2):
         *solved, noise = solve_coefficients(points[0], points[k])
@@ -76,13 +76,13 @@ def test_as_printed_is_exact_on_exact_data(centre, seed):
         assert_recovered(linear_as_printed(*points, side=side), centre, T)
 
 
-def test_as_printed_says_where_it_divides_by_c_y():
+def test_as_printed_reports_division_by_c_y():
     _, _, _, points = scene(0, (0.0, 0.0, 600.0))
     with raises_code("zero-division"):
         linear_as_printed(*points, side=1)
 
 
-def test_as_printed_says_where_the_single_ratio_vanishes():
+def test_as_printed_reports_vanishing_ratio():
     centre = np.array([10.0, -20.0, 600.0])
     _, T, directions, _ = scene(1)
     T[1] = pose(rotation_from_vector([0.4, 0.0, 0.0]), [20.0, 10.0, -30.0])
@@ -92,7 +92,7 @@ def test_as_printed_says_where_the_single_ratio_vanishes():
     assert_recovered(linear_well_conditioned(points, side=1), centre, T)
 
 
-def test_as_printed_reports_a_negative_square():
+def test_as_printed_reports_negative_square():
     messages = []
     for seed in range(30):
         _, _, _, points = scene(seed)
@@ -104,7 +104,7 @@ def test_as_printed_reports_a_negative_square():
     assert any("C_z^2" in m and "negative" in m for m in messages)
 
 
-def test_more_grids_and_rays_that_miss_some():
+def test_linear_stage_accepts_missing_rays():
     centre, T, _, points = scene(7, grids=6, count=500)
     seen = np.random.default_rng(7).random(points.shape[:2]) < 0.5
     seen[0] = True
@@ -114,7 +114,7 @@ def test_more_grids_and_rays_that_miss_some():
     assert_recovered(solution, centre, T)
 
 
-def test_the_other_side_is_the_mirror_image_in_the_base_plane():
+def test_other_side_is_reflection_in_base_plane():
     centre, T, _, points = scene(2)
     mirrored = linear_well_conditioned(points, side=-1)
     flip = np.array([1.0, 1.0, -1.0])
@@ -132,7 +132,7 @@ def test_the_other_side_is_the_mirror_image_in_the_base_plane():
         ([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]),  # grids parallel to each other
     ],
 )
-def test_parallel_grids_are_refused(vectors, noise):
+def test_parallel_grids_are_rejected(vectors, noise):
     centre = np.array([10.0, -20.0, 600.0])
     _, T, directions, _ = scene(3)
     T[1:] = pose(
@@ -145,7 +145,7 @@ def test_parallel_grids_are_refused(vectors, noise):
         linear_well_conditioned(points, side=1)
 
 
-def test_too_few_grids_or_rays_are_refused():
+def test_too_few_grids_or_rays_are_rejected():
     _, _, _, points = scene(0)
     with raises_code("too-few-grids"):
         linear_well_conditioned(points[:2], side=1)
@@ -157,7 +157,7 @@ def test_too_few_grids_or_rays_are_refused():
         linear_well_conditioned(line, side=1)
 
 
-def test_points_that_stand_twice_are_no_more_rays():
+def test_duplicate_points_do_not_count_as_rays():
     """Noise is told by what N points leave beside the five numbers that they fix."""
     points = scene(0)[3][:2, :8]
     points = points + np.random.default_rng(2).normal(0, 0.1, points.shape)

@@ -6,7 +6,7 @@ from raxel.calibration.views.correspondence import near_copies
 from tests.board_scenes import board_poses, views_of
 
 
-def test_a_photograph_is_a_near_copy_of_the_first_that_it_hardly_differs_from():
+def test_near_copy_refers_to_first_similar_image():
     views = views_of(board_poses(1, 4))
     radius = np.sqrt(np.mean(np.var(views[1].pixels, axis=0)))
 

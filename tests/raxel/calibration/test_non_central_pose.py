@@ -21,7 +21,7 @@ CAMERA, T_TRUE = bent(10.0), grid_pose(turn=(9.0, -6.0, 20.0))
 PIXELS = seen(CAMERA, T_TRUE)
 
 
-def test_without_noise_the_pose_is_exact_from_either_tilt():
+def test_non_central_pose_is_exact_from_either_tilt():
     rays = CAMERA.rays(PIXELS)
     found = pose_from_non_central_rays(rays, GRID)
     assert np.abs(found.T_camera_grid - T_TRUE).max() < 1e-8
@@ -38,7 +38,7 @@ def test_without_noise_the_pose_is_exact_from_either_tilt():
     assert np.abs(again.T_camera_grid - T_TRUE).max() < 1e-8
 
 
-def test_a_fifth_of_wrong_pairs_is_left_out():
+def test_non_central_pose_rejects_outliers():
     rng = np.random.default_rng(1)
     rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))
     wrong = rng.permutation(np.flatnonzero(rays.valid))[: rays.valid.sum() // 5]
@@ -51,7 +51,7 @@ def test_a_fifth_of_wrong_pairs_is_left_out():
     assert np.abs(found.T_camera_grid - T_TRUE).max() < 0.1
 
 
-def test_its_covariance_predicts_the_scatter():
+def test_non_central_covariance_predicts_scatter():
     rng, squares = np.random.default_rng(2), []
     for _ in range(15):
         rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))
@@ -61,7 +61,7 @@ def test_its_covariance_predicts_the_scatter():
     assert 0.5 < np.mean(squares) < 1.8
 
 
-def test_rays_that_fit_no_pose_are_refused():
+def test_rays_without_pose_are_rejected():
     rays, rng = CAMERA.rays(PIXELS), np.random.default_rng(3)
     few = Rays(rays.origins, rays.directions, rays.valid & (np.arange(182) < 40))
     few = Rays(few.origins, few.directions, few.valid & (np.cumsum(few.valid) < 6))
@@ -72,7 +72,7 @@ def test_rays_that_fit_no_pose_are_refused():
     assert found.rms > 10
 
 
-def test_the_other_tilt_looks_alike_along_the_line_of_sight():
+def test_other_tilt_has_similar_image():
     viewpoint = np.array([150.0, -90.0, 40.0])
     other = other_tilt(T_TRUE, GRID, viewpoint)
     assert angle_between_rotations(other[:3, :3], T_TRUE[:3, :3]) > 0.1
@@ -85,7 +85,7 @@ def test_the_other_tilt_looks_alike_along_the_line_of_sight():
     np.testing.assert_allclose(*pictures, atol=1e-9)
 
 
-def test_the_covariance_holds_for_few_corners():
+def test_non_central_covariance_holds_for_few_corners():
     """Noise of 0.05 mm both ways across each of twelve rays: what is left of it tells
     its size only if a distance counts as two equations, not as three."""
     rng, squares = np.random.default_rng(4), []

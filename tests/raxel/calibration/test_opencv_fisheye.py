@@ -39,7 +39,7 @@ def views_of(count, noise=0.0):
     return views
 
 
-def test_its_own_model_comes_back_from_exact_corners():
+def test_opencv_fisheye_recovers_own_model():
     found = calibrate_opencv_fisheye(views_of(12), 1280, 960)
     assert found.rms_px < 1e-5
     assert np.abs(found.camera.principal_point - TRUE.principal_point).max() < 1e-3
@@ -48,7 +48,7 @@ def test_its_own_model_comes_back_from_exact_corners():
     assert found.T_camera_grid.shape == (12, 4, 4)
 
 
-def test_the_residual_is_the_noise_and_missing_corners_do_not_count():
+def test_opencv_residual_equals_noise():
     views = views_of(12, noise=0.2)
     views[0].pixels[[3, 17]] = np.nan
     found = calibrate_opencv_fisheye(views, 1280, 960)
@@ -56,12 +56,12 @@ def test_the_residual_is_the_noise_and_missing_corners_do_not_count():
     assert found.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
 
 
-def test_one_view_is_refused_in_words():
+def test_single_view_is_rejected():
     with pytest.raises(InputError, match="1 view"):
         calibrate_opencv_fisheye(views_of(1), 1280, 960)
 
 
-def test_the_best_of_the_starts_counts_whichever_comes_first(monkeypatch):
+def test_best_start_is_used_in_any_order(monkeypatch):
     """From a long focal length this lens is missed by a hundred pixels."""
     monkeypatch.setattr(
         opencv_fisheye, "START_SPANS_RAD", opencv_fisheye.START_SPANS_RAD[::-1]

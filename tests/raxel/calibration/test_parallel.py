@@ -26,7 +26,7 @@ def tilted(*degrees):
         ((0, 180, 179, 1), 3, True),
     ],
 )
-def test_boards_count_when_they_are_tilted_against_each_other(degrees, needed, refused):
+def test_tilt_check_counts_tilted_boards(degrees, needed, refused):
     if refused:
         with raises_code("parallel-grids"):
             check_tilts(tilted(*degrees), "method", needed)

@@ -11,7 +11,7 @@ from tests.board_scenes import BOARD, HEIGHT, WIDTH, board_poses, views_of
 K = np.array([[150.0, 0, 118], [0, 138, 92], [0, 0, 1]])
 
 
-def test_a_bent_board_is_taken_out_of_the_camera_and_its_numbers_are_told():
+def test_pinhole_estimates_bent_board():
     bent = BoardShape(
         BOARD.mean(axis=0), np.ptp(BOARD, axis=0) / 2, np.array([3.0, -2, 0, 0])
     )
@@ -32,7 +32,7 @@ def test_a_bent_board_is_taken_out_of_the_camera_and_its_numbers_are_told():
 
 
 @pytest.mark.parametrize(("together_px", "low", "high"), [(0.0, 0.8, 1.3), (0.3, 2, 9)])
-def test_errors_that_corners_of_a_photograph_share_are_told(together_px, low, high):
+def test_pinhole_covariance_includes_common_errors(together_px, low, high):
     """A wave over each photograph, of a height of its own, as a bent sheet makes."""
     camera, rng = PerspectiveCamera(K, [], WIDTH, HEIGHT), np.random.default_rng(6)
     wave = np.sin(BOARD @ [0.04, 0.03])[:, None]

@@ -38,7 +38,7 @@ def angles_deg(found, true, pixels):
     return np.degrees(np.arcsin(size))[both]
 
 
-def test_rays_of_known_motion_meet_viewing_rays_on_the_mirror():
+def test_mirror_points_are_on_mirror():
     true = flexible_camera(6.0)
     pixels = np.random.default_rng(1).uniform([400, 200], [2700, 2100], (300, 2))
     rays = true.rays(pixels)
@@ -55,7 +55,7 @@ def test_rays_of_known_motion_meet_viewing_rays_on_the_mirror():
 
 
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
-def test_a_mirror_of_the_splines_own_space_comes_back(quantity):
+def test_primary_recovers_spline_mirror(quantity):
     true = spline_camera(quantity, viewer=small())
     found = calibrate_primary(
         true.viewer,
@@ -72,7 +72,7 @@ def test_a_mirror_of_the_splines_own_space_comes_back(quantity):
     assert found.motions[0].distance == pytest.approx(100.0)
 
 
-def test_static_boards_give_the_shape_from_corners_alone():
+def test_primary_accepts_static_boards():
     true = spline_camera()
     views = [view(true, T, BOARD, *CELLS) for T in BOARDS]
     found = calibrate_primary(VIEWER, views, BOARDS, span=true.grid.corners)
@@ -82,7 +82,7 @@ def test_static_boards_give_the_shape_from_corners_alone():
     assert 1e-7 < off < 0.02
 
 
-def test_a_bent_sheet_is_found_with_the_platter_and_noise():
+def test_primary_fits_bent_sheet_with_noise():
     """0.2 px on boards, 5 um on the monitor: rays as the clean bench gives them."""
     true = flexible_camera(viewer=small())
     rng = np.random.default_rng(5)
@@ -116,7 +116,7 @@ def wrongly_decoded(view, share, where, rng):
     ("where", "share"), [("anywhere", 0.05), ("border", 0.05), ("anywhere", 0.2)]
 )
 @pytest.mark.parametrize("grids", [[0], [0, 1]])
-def test_wrongly_decoded_points_are_left_out_and_counted(where, share, grids):
+def test_primary_rejects_and_counts_wrong_points(where, share, grids):
     true = flexible_camera(viewer=small())
     rng = np.random.default_rng(4)
     views = lit_views(true, GRIDS, rng, 0.005)
@@ -135,7 +135,7 @@ def test_wrongly_decoded_points_are_left_out_and_counted(where, share, grids):
     assert 0.6 * share < out / of * 2 / len(grids) < 1.2 * share
 
 
-def test_a_corner_that_was_matched_wrongly_is_left_out_of_static_boards():
+def test_primary_rejects_wrong_corner():
     true = spline_camera()
     views = [view(true, T, BOARD, *CELLS) for T in BOARDS]
     k = np.flatnonzero(np.isfinite(views[0].pixels[:, 0]))[20]
@@ -145,7 +145,7 @@ def test_a_corner_that_was_matched_wrongly_is_left_out_of_static_boards():
     assert "left out as wrong" in found.flags[0]
 
 
-def test_errors_of_the_poses_are_in_the_covariance():
+def test_primary_covariance_includes_pose_errors():
     true = spline_camera(viewer=small(24))
     rng, squared = np.random.default_rng(7), []
     for _ in range(6):
@@ -162,7 +162,7 @@ def test_errors_of_the_poses_are_in_the_covariance():
     assert 0.6 < np.mean(squared) < 1.6
 
 
-def test_what_determines_no_mirror_is_refused():
+def test_primary_rejects_degenerate_input():
     true = spline_camera(viewer=small(24))
     views = lit_views(true, GRIDS)
     with pytest.raises(InputError, match="1 views"):
@@ -179,7 +179,7 @@ def test_what_determines_no_mirror_is_refused():
         calibrate_primary(true.viewer, narrow, GRIDS, span=true.grid.corners)
 
 
-def test_few_points_tell_their_noise_although_the_spline_follows_it():
+def test_primary_noise_of_few_points_is_unbiased():
     """Of 64 numbers, 21 are coefficients."""
     true, rng, squares = spline_camera(), np.random.default_rng(9), []
     u, v = (

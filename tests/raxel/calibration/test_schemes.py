@@ -41,7 +41,7 @@ def everything(points):
     return np.ones(points.shape[:2], bool)
 
 
-def test_relaxation_has_six_unknowns_a_pose_and_finds_exact_ones():
+def test_relaxation_recovers_exact_poses():
     centre, T, u, points = exact_scene(1, grids=4, count=200)
     assert pose_vector(T).shape == (18,)
     assert np.allclose(poses_of_vector(pose_vector(T)), T, atol=1e-12)
@@ -52,7 +52,7 @@ def test_relaxation_has_six_unknowns_a_pose_and_finds_exact_ones():
     assert np.abs(found.directions - u).max() < 1e-6
 
 
-def test_weighted_centroids():
+def test_centroid_directions_are_weighted():
     centre, T, u, points = exact_scene(2, count=50)
     seen = everything(points)
     seen[1, 0], seen[:, 1] = False, False
@@ -70,7 +70,7 @@ def test_weighted_centroids():
         centroid_directions(points, seen, centre, T, [1.0, 0.0, 1.0])
 
 
-def test_weights_are_the_best_of_their_kind():
+def test_centroid_weights_are_optimal():
     # Noise of points in mm, and of one pose: the weighted centroids scatter least.
     centre, T, u, points = exact_scene(3, count=40)
     covariances = np.zeros((3, 6, 6))
@@ -117,7 +117,7 @@ def test_jacobian_of_concurrence_equals_differences():
 
 
 @pytest.mark.parametrize("adjust", [adjust_concurrence, adjust_ray_point])
-def test_free_centres_find_exact_ones(adjust):
+def test_free_centre_recovers_exact_geometry(adjust):
     centre, T, _, points = exact_scene(5, grids=4, count=100)
     found = adjust(points, everything(points), *disturbed(centre, T))
     assert found.converged
@@ -125,7 +125,7 @@ def test_free_centres_find_exact_ones(adjust):
     assert np.abs(found.T_base_grid - T).max() < 1e-6
 
 
-def test_concurrence_drifts_with_noise():
+def test_concurrence_is_biased_by_noise():
     errors = []
     for seed in range(6):
         scene, linear = drawn(seed)
@@ -153,7 +153,7 @@ def central_of(points, start, sigma=0.2):
     return adjust_consistent(points, None, start.centre, start.T_base_grid, sigma=sigma)
 
 
-def test_free_lines_find_exact_ones_and_poses():
+def test_free_lines_recover_exact_geometry():
     scene, linear = drawn(0, noise=0.0)
     points, origins = beside_the_centre(scene, 8.0, 0, sigma=0.0)
     lines = relax_centrality(points, central_of(points, linear), tolerance=1e-9)
@@ -164,7 +164,7 @@ def test_free_lines_find_exact_ones_and_poses():
     assert np.abs(gap).max() < 1e-5
 
 
-def test_central_or_not():
+def test_centrality_test_separates_cameras():
     p_values, inside = [], []
     for seed in range(20):
         scene, linear = drawn(seed, noise=0.0)
@@ -192,7 +192,7 @@ def test_central_or_not():
     assert str(found).startswith("not central: ")
 
 
-def test_gross_errors_neither_hide_a_distance_nor_make_one():
+def test_centrality_test_is_robust_to_gross_errors():
     scene, linear = drawn(0, noise=0.0, grids=4)
     rng = np.random.default_rng(0)
     start = linear.centre, linear.T_base_grid
@@ -211,7 +211,7 @@ def test_gross_errors_neither_hide_a_distance_nor_make_one():
         centrality_test(points, None, *start, sigma=0.2)
 
 
-def test_neighbours_of_a_window_count_for_less():
+def test_window_correlation_reduces_weight():
     assert correlation(1) == 1.0
     rng = np.random.default_rng(0)
     sums = []
@@ -226,7 +226,7 @@ def test_neighbours_of_a_window_count_for_less():
     assert inflated == pytest.approx(correlation(7), rel=0.25)
 
 
-def test_a_round_of_relaxation_moves_each_pose_by_one_step():
+def test_relaxation_round_moves_each_pose_once():
     """Steps of Gauss and Newton, as differences of the distances give them."""
     centre, T, _, points = exact_scene(4, count=60)
     seen, start = everything(points), disturbed(centre, T, size=0.3)[1]
@@ -246,7 +246,7 @@ def test_a_round_of_relaxation_moves_each_pose_by_one_step():
         assert np.abs(found.T_base_grid[k] - moved_there).max() < 1e-4 * went
 
 
-def test_rays_that_see_one_grid_say_nothing_of_where_lines_meet():
+def test_single_grid_rays_do_not_affect_concurrence():
     centre, T, _, points = exact_scene(5, count=80)
     points = points + 0.2 * np.random.default_rng(5).standard_normal(points.shape)
     seen, start = everything(points), disturbed(centre, T)
@@ -257,7 +257,7 @@ def test_rays_that_see_one_grid_say_nothing_of_where_lines_meet():
     assert np.array_equal(more.costs, shared.costs)
 
 
-def test_noise_in_the_plane_and_of_a_pose_weigh_alike():
+def test_plane_and_pose_noise_have_equal_weight():
     """Noise of 2 mm per axis and a pose that is 2 mm off do the same across a ray that
     meets its grid squarely; one that leans by 60 degrees sees of the former less."""
     lean = np.radians(60)
@@ -273,7 +273,7 @@ def test_noise_in_the_plane_and_of_a_pose_weigh_alike():
     np.testing.assert_allclose(weights[:, 0], [100 / 4, 100 / 8, 100 / across])
 
 
-def test_a_turn_of_a_pose_moves_points_off_oblique_rays():
+def test_pose_rotation_moves_points_off_oblique_rays():
     """By differences: what each turn and shift of a grid does to a point, across the
     ray that sees it, on any side and at any slant."""
     rng = np.random.default_rng(4)
@@ -294,7 +294,7 @@ def test_a_turn_of_a_pose_moves_points_off_oblique_rays():
     np.testing.assert_allclose(weights, length / (off**2).sum((1, 2)) * 2, rtol=1e-4)
 
 
-def test_the_noise_of_a_few_free_lines_is_told_although_poses_follow_it():
+def test_free_line_noise_is_unbiased():
     """Two poses take twelve of the fifty coordinates that 25 lines leave."""
     scene, linear = drawn(0, noise=0.0)
     points, _ = beside_the_centre(scene, 0.0, 0)

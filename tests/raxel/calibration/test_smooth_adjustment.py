@@ -40,7 +40,7 @@ def scene(seed, sd_px, count=N_BOARDS):
     return camera, seen, disturbed(poses, rng), rng
 
 
-def test_the_equations_are_the_derivatives_of_the_errors():
+def test_spline_equations_equal_derivatives():
     """Of corners' errors with control values and poses, by differences."""
     camera, seen, poses, rng = scene(1, 0.3, count=3)
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
@@ -74,7 +74,7 @@ def test_the_equations_are_the_derivatives_of_the_errors():
     np.testing.assert_allclose(changed(start, about), expected, atol=1e-3)
 
 
-def test_exact_corners_of_a_camera_it_can_be_are_met():
+def test_spline_fits_exact_corners():
     camera, seen, start, _ = scene(2, 0, count=20)
     found = adjust_spline(LENS, start, seen, W, H)
     assert rms(np.concatenate(found.residuals_px)) < 2e-3
@@ -83,7 +83,7 @@ def test_exact_corners_of_a_camera_it_can_be_are_met():
 
 
 @pytest.mark.parametrize("seed", [2, 3])
-def test_of_exact_corners_the_field_goes_on_to_the_rim(seed):
+def test_field_extends_to_image_edge(seed):
     """Few boards leave gaps: one held firmly at their rim is twice as far off."""
     camera, seen, start, rng = scene(seed, 0, count=10)
     found = adjust_spline(LENS, start, seen, W, H).camera
@@ -93,7 +93,7 @@ def test_of_exact_corners_the_field_goes_on_to_the_rim(seed):
     assert rms(off) < 0.06
 
 
-def test_exact_corners_of_the_trend_leave_no_field():
+def test_trend_corners_give_zero_field():
     rng = np.random.default_rng(3)
     seen, poses = boards(LENS, rng, N_BOARDS, 0)
     found = adjust_spline(LENS, disturbed(poses, rng), seen, W, H)
@@ -102,7 +102,7 @@ def test_exact_corners_of_the_trend_leave_no_field():
     np.testing.assert_allclose(found.T_camera_grid, poses, atol=1e-3)
 
 
-def test_noise_falls_with_more_boards_and_is_stated():
+def test_spline_noise_decreases_with_boards():
     """The field is consistent: four times the boards, about half of the error."""
     errors, normalised, sds = {8: [], 32: []}, [], []
     for count, of_count in errors.items():
@@ -121,7 +121,7 @@ def test_noise_falls_with_more_boards_and_is_stated():
     np.testing.assert_allclose(np.mean(sds), 0.2, rtol=0.05)
 
 
-def test_the_noise_of_a_few_corners_is_told_although_each_board_takes_a_pose():
+def test_spline_noise_of_few_corners_is_unbiased():
     """Of a dozen coordinates of a board six are spent on where it is; and the field,
     of which corners tell some eighteen numbers, takes a seventh of what is left."""
     found = []
@@ -133,7 +133,7 @@ def test_the_noise_of_a_few_corners_is_told_although_each_board_takes_a_pose():
     assert rms(found) == pytest.approx(0.3, rel=0.08)
 
 
-def test_the_field_turns_no_rays():
+def test_field_contains_no_rotation():
     _, seen, start, _ = scene(4, 0.2)
     found = adjust_spline(LENS, start, seen, W, H)
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
@@ -149,7 +149,7 @@ def test_the_field_turns_no_rays():
         assert abs(alike) < 0.02
 
 
-def test_wrong_corners_are_left_out_and_named():
+def test_spline_rejects_and_lists_wrong_corners():
     _, seen, start, _ = scene(5, 0.2)
     seen[3][0][[4, 9]] += [[12.0, -7.0], [5.0, 9.0]]
     found = adjust_spline(LENS, start, seen, W, H)
@@ -158,7 +158,7 @@ def test_wrong_corners_are_left_out_and_named():
     np.testing.assert_allclose(found.residuals_px[3][4], [12, -7], atol=1.0)
 
 
-def test_no_guess_is_needed_and_kept_out_boards_are_predicted():
+def test_spline_predicts_held_out_boards():
     camera, seen, _, rng = scene(6, 0.15)
     views = [BoardView(pixels, points, 8, 6, f"{k}") for k, (pixels, points) in
              enumerate(seen)]  # fmt: skip
@@ -176,7 +176,7 @@ def test_no_guess_is_needed_and_kept_out_boards_are_predicted():
     assert found.adjustment.cells > 4
 
 
-def test_one_board_and_boards_out_of_view_are_refused():
+def test_single_or_unseen_boards_are_rejected():
     _, seen, start, _ = scene(7, 0.1, count=2)
     with raises_code("too-few-grids"):
         adjust_spline(LENS, start[:1], seen[:1], W, H)
@@ -189,7 +189,7 @@ def test_one_board_and_boards_out_of_view_are_refused():
         adjust_spline(narrow, behind, seen, W, H)
 
 
-def test_boards_of_a_generic_start_stand_in_the_frame_of_its_trend(monkeypatch):
+def test_generic_start_poses_use_trend_frame(monkeypatch):
     """The generic method has a frame of its own, turned about the lens's centre."""
     R = rotation_from_vector([0.3, -0.2, 0.5])
     T_lens_grid = pose(rotation_from_vector([0.1, 0.2, 0.0]), [-30.0, -20.0, 400.0])
@@ -211,7 +211,7 @@ def test_boards_of_a_generic_start_stand_in_the_frame_of_its_trend(monkeypatch):
     np.testing.assert_allclose(start.T_camera_grid[0], T_lens_grid, atol=1e-12)
 
 
-def test_that_trend_is_taken_whose_best_field_predicts_best(monkeypatch):
+def test_best_predicting_trend_is_selected(monkeypatch):
     """A spacing of cells that is not taken says nothing against its trend."""
     held_out_px = {"one": {8: 0.9, 16: 0.2}, "other": {8: 0.3, 16: 0.4}}
 
@@ -227,7 +227,7 @@ def test_that_trend_is_taken_whose_best_field_predicts_best(monkeypatch):
     assert calibrate_spline([], W, H, rng=None) == "one"
 
 
-def test_shares_of_the_image_are_of_all_pixels_and_wrong_corners_are_counted():
+def test_image_shares_and_wrong_corners_are_counted():
     """Rays left of u = 60, corners only above v = 20 and left of u = 40."""
     camera = SimpleNamespace(
         rays=lambda pixels: SimpleNamespace(valid=pixels[:, 0] < 60),

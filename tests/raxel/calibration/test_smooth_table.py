@@ -40,7 +40,7 @@ def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def test_sums_are_those_of_plain_least_squares():
+def test_field_sums_equal_least_squares():
     rng = np.random.default_rng(1)
     pixels, values = positions(rng, 700), rng.normal(size=(700, 2))
     weights, part = rng.uniform(0, 2, 700), rng.integers(0, 3, 700)
@@ -63,7 +63,7 @@ def test_sums_are_those_of_plain_least_squares():
         )
 
 
-def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known():
+def test_penalty_ignores_cubic_polynomials():
     free, matrix = (free_polynomials(SHAPE), penalty_matrix(SHAPE))
     band = band_of(matrix, 3 * SHAPE[1] + 4)
     np.testing.assert_allclose(band_product(band, free), matrix @ free, atol=1e-12)
@@ -78,7 +78,7 @@ def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known
     np.testing.assert_allclose(values, x**3, atol=1e-12)
 
 
-def test_exact_rays_of_a_camera_it_can_be_come_back():
+def test_smooth_table_recovers_exact_rays():
     camera = bent()
     rng = np.random.default_rng(2)
     pixels, directions = noisy_rays(camera, rng, 3000, 0)
@@ -90,7 +90,7 @@ def test_exact_rays_of_a_camera_it_can_be_come_back():
     np.testing.assert_allclose(back, fresh, atol=1e-9)
 
 
-def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
+def test_smooth_table_reduces_noise():
     """Normalised squared errors over ten draws, of cameras outside the prior."""
     errors, normalised, residuals = [], [], []
     for seed in range(10):
@@ -109,7 +109,7 @@ def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
     np.testing.assert_allclose(np.mean(residuals), 0.5, rtol=0.05)
 
 
-def test_errors_that_neighbours_share_are_counted_once():
+def test_correlated_errors_are_counted_once():
     """A table whose noise is alike in squares of 6 px: as if it had 36 times fewer."""
     camera, rng = bent(), np.random.default_rng(3)
     noise = 0.3 * rng.standard_normal((H // 6, W // 6 + 1, 2)).repeat(6, 0).repeat(6, 1)
@@ -126,7 +126,7 @@ def test_errors_that_neighbours_share_are_counted_once():
     assert rms(off) < 0.05
 
 
-def test_where_no_ray_is_known_it_is_the_trend():
+def test_smooth_table_equals_trend_without_rays():
     camera, rng = bent(2.0), np.random.default_rng(4)
     pixels = positions(rng, 2000, width=W // 3)
     off = 0.01 * rng.standard_normal(pixels.shape)
@@ -142,7 +142,7 @@ def test_where_no_ray_is_known_it_is_the_trend():
     assert found.pixel_covariance(far)[:, 0, 0].min() > 100 * near
 
 
-def test_wrong_rays_are_left_out_and_counted():
+def test_smooth_table_rejects_and_counts_wrong_rays():
     camera, rng = bent(), np.random.default_rng(5)
     pixels, directions = noisy_rays(camera, rng, 3000, 0.2)
     directions[:90] = camera.rays(pixels[:90] + rng.uniform(10, 40, (90, 2))).directions
@@ -154,7 +154,7 @@ def test_wrong_rays_are_left_out_and_counted():
     assert rms(misfit_px(found.camera, camera, fresh)) < 0.06
 
 
-def test_a_table_in_any_frame_and_its_memory(monkeypatch):
+def test_smooth_table_accepts_any_frame(monkeypatch):
     """Some ten arrays as large as the table come and go, and nothing larger."""
     monkeypatch.setattr(smooth_module, "CELLS", (4, 8))
     camera = bent()
@@ -173,7 +173,7 @@ def test_a_table_in_any_frame_and_its_memory(monkeypatch):
     assert gap.max() * 120 < 1e-2  # 120 px per radian
 
 
-def test_the_trend_of_rays_is_the_lens_they_come_from():
+def test_ray_trend_recovers_lens():
     rng = np.random.default_rng(7)
     pixels = positions(rng, 500)
     R = rotation_from_vector([0.2, 0.1, -0.4])
@@ -183,7 +183,7 @@ def test_the_trend_of_rays_is_the_lens_they_come_from():
     assert found.scale_px < 1e-6
 
 
-def test_the_trend_tells_the_deviation_of_pixels():
+def test_ray_trend_estimates_pixel_sd():
     rng = np.random.default_rng(11)
     pixels = positions(rng, 300)
     directions = LENS.rays(pixels).directions
@@ -194,7 +194,7 @@ def test_the_trend_tells_the_deviation_of_pixels():
     )
 
 
-def test_too_few_rays_and_two_centres_are_refused():
+def test_too_few_rays_and_two_centres_are_rejected():
     camera = bent()
     pixels, directions = noisy_rays(camera, np.random.default_rng(8), 30, 0)
     with raises_code("too-few-rays"):
@@ -203,7 +203,7 @@ def test_too_few_rays_and_two_centres_are_refused():
         smoothed_rays(pixels, directions, W, H, trend=TREND)
 
 
-def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
+def test_gross_error_threshold_uses_weight():
     rng, count = np.random.default_rng(21), 400
     weights = np.where(np.arange(count) % 2, 1.0, 100.0)
     values = rng.standard_normal((count, 2)) / np.sqrt(weights)[:, None]
@@ -219,7 +219,7 @@ def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
     assert smooth_module._near(field, pixels, values, weights).all()
 
 
-def test_nodes_are_the_corners_of_cells_and_half_way_between():
+def test_field_nodes_are_corners_and_midpoints():
     places = node_places(SHAPE, SPACING)
     # Pixels are squares about whole numbers: the first cell begins at -1/2.
     np.testing.assert_array_equal(places[0, 0], [-0.5, -0.5])
@@ -231,7 +231,7 @@ def test_nodes_are_the_corners_of_cells_and_half_way_between():
     np.testing.assert_allclose(share, [[1 / 48, 23 / 48, 23 / 48, 1 / 48]] * len(share))
 
 
-def test_kept_out_rays_are_a_distance_off_that_counts_both_axes():
+def test_held_out_distance_uses_both_axes():
     """Without cells it is how far the trend is off by weights; with them, the noise."""
     rng = np.random.default_rng(6)
     pixels, directions = noisy_rays(bent(), rng, 600, 0.2)
@@ -244,7 +244,7 @@ def test_kept_out_rays_are_a_distance_off_that_counts_both_axes():
     assert found.held_out_px[found.cells] == pytest.approx(0.2 * 2**0.5, rel=0.1)
 
 
-def test_sharing_is_the_number_of_neighbours_that_err_alike():
+def test_sharing_counts_correlated_neighbours():
     """Whatever the squares' own errors are; also where they are those of a field."""
     rng, side = np.random.default_rng(12), 8
     across = W // side, H // side
@@ -261,7 +261,7 @@ def test_sharing_is_the_number_of_neighbours_that_err_alike():
     assert sharing == pytest.approx(side**2)
 
 
-def test_the_noise_of_few_rays_is_told_although_the_field_follows_it():
+def test_smooth_table_noise_of_few_rays_is_unbiased():
     """Of 60 rays the field takes a third."""
     found, smoothness = [], 1e-3
     for seed in range(10):
@@ -279,7 +279,7 @@ def test_the_noise_of_few_rays_is_told_although_the_field_follows_it():
 
 
 @pytest.mark.parametrize(("share", "passes"), [(0.9, False), (1.1, True)])
-def test_a_law_passes_pi_where_the_image_reaches_farther(share, passes):
+def test_trend_law_is_limited_to_pi(share, passes):
     """r = 50 (theta + theta^3 / 100) px from the middle, the corners so far away."""
     values = np.array([0, 0, 0, 7.0, 9.0, np.log(50), np.log(50), 1.0, 0.01])
     corner = share * 50 * (np.pi + np.pi**3 / 100)

@@ -61,7 +61,7 @@ def distance_gaps(directions, points, depths):
     return gaps.max(axis=-1) / square.max(axis=-1)[:, None]
 
 
-def test_the_true_depths_are_among_the_solutions():
+def test_three_point_solutions_include_truth():
     points, corners, _ = triples(0, 3000)
     depths = three_point_depths(unit(corners), points)
     true = np.linalg.norm(corners, axis=2)
@@ -74,7 +74,7 @@ def test_the_true_depths_are_among_the_solutions():
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_at_most_eight_solutions_closed_under_negation_that_all_hold(seed):
+def test_three_point_has_at_most_eight_solutions(seed):
     points, corners, _ = triples(seed, 8)
     directions = unit(corners)
     depths = three_point_depths(directions, points)
@@ -101,7 +101,7 @@ def test_poses_of_exact_triples():
     assert np.abs(unit(seen) - unit(corners)[triple]).max() < 1e-6
 
 
-def test_coincident_points_and_lines_give_no_pose_and_no_warning():
+def test_degenerate_triples_give_no_pose():
     points, corners, _ = triples(4, 2)
     points[0, 1], corners[0, 1] = points[0, 0], corners[0, 0]
     points[1, 2] = (points[1, 0] + points[1, 1]) / 2
@@ -111,7 +111,7 @@ def test_coincident_points_and_lines_give_no_pose_and_no_warning():
 
 
 @pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 2.0), ("angle", 4e-3)])
-def test_ransac_finds_the_right_pairs_and_refinement_improves(metric, threshold):
+def test_ransac_finds_inliers_and_refinement_improves(metric, threshold):
     directions, points, T, rng = noisy_grid(5, noise=0.3, outliers=60)
     rough = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
     fine = pose_from_rays(directions, points, rng, threshold, metric=metric)
@@ -125,7 +125,7 @@ def test_ransac_finds_the_right_pairs_and_refinement_improves(metric, threshold)
     assert np.linalg.norm(fine.T_camera_grid[:3, 3] - T[:3, 3]) < 0.5
 
 
-def test_the_threshold_is_an_angle_in_radians():
+def test_ransac_threshold_is_in_radians():
     """Few right pairs among wrong ones that lie beyond the threshold, not far off."""
     for seed in range(4):
         directions, points, _, rng = noisy_grid(seed, count=60)
@@ -136,7 +136,7 @@ def test_the_threshold_is_an_angle_in_radians():
         assert found.inliers[12:].sum() <= 2
 
 
-def test_refinement_is_exact_on_exact_rays_also_from_many_origins():
+def test_refinement_is_exact_for_many_origins():
     _, points, T, rng = noisy_grid(7)
     origins = 30.0 * rng.normal(size=(len(points), 3))
     directions = unit(transform(T, lifted(points)) - origins)
@@ -164,7 +164,7 @@ def test_jacobian_equals_differences():
         )
 
 
-def test_bad_input_is_refused_in_one_line():
+def test_bad_input_is_rejected_in_one_line():
     directions, points, _, rng = noisy_grid(9, count=10)
     with raises_code("too-few-points"):
         pose_from_rays(directions[:2], points[:2], rng, 1.0)
@@ -174,7 +174,7 @@ def test_bad_input_is_refused_in_one_line():
         pose_from_rays(directions, np.column_stack([points[:, 0]] * 2), rng, 1.0)
 
 
-def test_a_start_from_spread_triples_bears_two_wrong_points_in_five():
+def test_spread_triples_tolerate_40_percent_outliers():
     """They agree with each other, as those of a board that is counted from another row
     do. By the mean angle, a pose between the two wins, 20 degrees off."""
     off = []
@@ -187,14 +187,14 @@ def test_a_start_from_spread_triples_bears_two_wrong_points_in_five():
 
 
 @pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 0.1), ("angle", 1e-4)])
-def test_a_point_behind_its_rays_origin_is_a_wrong_pair(metric, threshold):
+def test_point_behind_origin_is_outlier(metric, threshold):
     directions, points, _, rng = noisy_grid(6, count=40)
     directions[:5] *= -1
     found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
     np.testing.assert_array_equal(found.inliers, np.arange(40) >= 5)
 
 
-def test_the_refined_error_is_the_one_that_is_asked_for():
+def test_refinement_minimises_chosen_error():
     directions, points, _, rng = noisy_grid(7, count=60, noise=1.0)
 
     def angles(T):
@@ -208,7 +208,7 @@ def test_the_refined_error_is_the_one_that_is_asked_for():
 
 
 @pytest.mark.parametrize("nearer", [-2.0, 2.0])
-def test_a_point_before_the_feet_of_both_others_is_found_as_one_beyond_them(nearer):
+def test_three_point_handles_points_on_both_sides(nearer):
     """Two points over one place of the third's ray: there both depths fit, mirrored."""
     corners = np.array([[3.0, 0, 10], [0, 0, 10 + nearer], [-1, 4, 10]])
     depths = np.linalg.norm(corners, axis=1)

@@ -41,7 +41,7 @@ def views_of(poses, noise=0.0, seed=0):
     return out
 
 
-def test_exact_corners_give_camera_and_poses_to_single_precision():
+def test_zhang_is_exact_to_single_precision():
     poses = board_poses(0, 6)
     found = calibrate_zhang(views_of(poses), 640, 480)
     assert np.abs(found.camera.K - K).max() < 5e-3
@@ -52,7 +52,7 @@ def test_exact_corners_give_camera_and_poses_to_single_precision():
     assert np.abs(found.T_camera_grid[:, :3, 3] - poses[:, :3, 3]).max() < 1e-2
 
 
-def test_the_residual_is_the_noise():
+def test_zhang_residual_equals_noise():
     found = calibrate_zhang(views_of(board_poses(1, 8), noise=0.2), 640, 480)
     # 0.2 px in u and in v; 54 of 864 numbers are used up by the parameters.
     assert found.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
@@ -66,7 +66,7 @@ def without_corners(views, missing):
     return holes
 
 
-def test_missing_corners_take_no_part():
+def test_zhang_ignores_missing_corners():
     views = without_corners(views_of(board_poses(0, 6)), [0, 4, 17, 53])
     found = calibrate_zhang(views, 640, 480)
     assert np.abs(found.camera.K - K).max() < 5e-3
@@ -78,7 +78,7 @@ def test_missing_corners_take_no_part():
     assert np.abs(found.camera.K - K).max() < 1e-2
 
 
-def test_one_view_few_corners_and_lines_are_bad_input():
+def test_zhang_rejects_degenerate_views():
     views = views_of(board_poses(2, 3))
     with pytest.raises(InputError, match="1 view"):
         calibrate_zhang(views[:1], 640, 480)
@@ -94,7 +94,7 @@ def test_one_view_few_corners_and_lines_are_bad_input():
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.2])
-def test_parallel_boards_are_refused(noise):
+def test_parallel_boards_are_rejected(noise):
     poses = board_poses(3, 3)
     turn = rotation_from_vector(np.array([[0, 0, 0.0], [0, 0, 0.4], [0, 0, -0.3]]))
     poses[:, :3, :3] = poses[0, :3, :3] @ turn
@@ -102,7 +102,7 @@ def test_parallel_boards_are_refused(noise):
         calibrate_zhang(views_of(poses, noise), 640, 480)
 
 
-def test_the_residual_is_that_of_the_camera_that_is_returned():
+def test_zhang_residual_is_of_returned_camera():
     """Of a lens that two radial terms do not describe."""
     wide = K * [[0.6], [0.6], [1.0]] + [[0, 0, 130.0], [0, 0, 100.0], [0, 0, 0]]
     bent = PerspectiveCamera(wide, [-0.3, 0.15, -0.05], 640, 480)

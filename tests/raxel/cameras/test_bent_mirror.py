@@ -37,7 +37,7 @@ def pixels_of(seed, count=400):
 @pytest.mark.parametrize("heights", [BULGE, HOLLOW, [[0.0]]])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=3, deadline=None)
-def test_points_on_a_ray_project_to_its_pixel(heights, seed):
+def test_points_on_ray_project_to_its_pixel(heights, seed):
     camera, pixels = bent(heights), pixels_of(seed)
     rays = camera.rays(pixels)
     # The bulge fills 0.83 of the image: of 400 pixels that are drawn, less than 0.7 is
@@ -51,7 +51,7 @@ def test_points_on_a_ray_project_to_its_pixel(heights, seed):
     assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
 
 
-def test_rays_obey_the_law_of_reflection():
+def test_rays_obey_law_of_reflection():
     mirror, rng = SheetMirror(SIZE, BULGE), np.random.default_rng(2)
     eye = np.array([20.0, -30.0, -300.0])
     towards = np.column_stack([rng.uniform(-0.4, 0.4, (200, 2)), np.ones(200)])
@@ -66,7 +66,7 @@ def test_rays_obey_the_law_of_reflection():
     assert np.all(np.sum(turned * mirror.normals(M), axis=1) > 0)
 
 
-def test_derivatives_of_the_sheet_agree_with_differences():
+def test_derivatives_of_sheet_agree_with_differences():
     mirror, step = SheetMirror(SIZE, BULGE), 1e-5
     p = np.random.default_rng(3).uniform(-0.5, 0.5, (40, 2))
     _, first, second = mirror.point(p)
@@ -79,7 +79,7 @@ def test_derivatives_of_the_sheet_agree_with_differences():
         np.testing.assert_allclose(second[:, :, :, k], slope, atol=1e-5)
 
 
-def test_a_flat_sheet_is_a_plane_mirror():
+def test_flat_sheet_is_plane_mirror():
     R = rotation_from_vector(np.array(PLACE["rotation"]))
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = R, PLACE["offset"]
@@ -93,7 +93,7 @@ def test_a_flat_sheet_is_a_plane_mirror():
     )
 
 
-def test_it_is_not_central_and_a_parallel_viewer_will_do():
+def test_bent_mirror_accepts_orthographic_viewer():
     camera = bent()
     assert not camera.central
     assert centrality(camera.rays(pixels_of(6))) > 5
@@ -106,11 +106,11 @@ def test_it_is_not_central_and_a_parallel_viewer_will_do():
 @pytest.mark.parametrize(
     ("heights", "count"), [(BULGE, 9), (HOLLOW, 6), ([[0.0]], 0), ([[0, 1], [2, 3]], 1)]
 )
-def test_height_and_tilts_of_the_sheet_are_of_its_pose_and_counted_once(heights, count):
+def test_bent_mirror_parameters_exclude_pose_terms(heights, count):
     assert bent(heights).parameters == PINHOLE.parameters + 6 + count
 
 
-def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
+def test_camera_roundtrips_through_file_and_fields(tmp_path):
     camera = bent()
     camera.save(tmp_path / "camera.npz")
     fields = {"viewer": PINHOLE, "size": SIZE, "heights": BULGE} | PLACE
@@ -133,7 +133,7 @@ def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
         ({"offset": (0, 0, -280)}, "field 'T_viewer_mirror'"),
     ],
 )
-def test_impossible_sheets_are_refused(change, words):
+def test_impossible_sheets_are_rejected(change, words):
     fields = {"viewer": PINHOLE, "size": SIZE, "heights": BULGE} | PLACE | change
     with pytest.raises(InputError, match=words):
         camera_from("bent mirror", fields)
@@ -143,9 +143,7 @@ def test_impossible_sheets_are_refused(change, words):
     ("along_x", "along_y", "steep"),
     [(0.99, 0, False), (0, 0.99, False), (1.02, 0, True), (0, 1.02, True)],
 )
-def test_a_sheet_is_steep_from_45_degrees_on_whichever_way_it_leans(
-    along_x, along_y, steep
-):
+def test_sheet_steeper_than_45_degrees_is_rejected(along_x, along_y, steep):
     size = 400.0, 300.0
     heights = [[0, along_y * size[1] / 2], [along_x * size[0] / 2, 0]]
     if not steep:

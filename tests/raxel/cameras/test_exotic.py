@@ -53,7 +53,7 @@ def on_lines(points, rays):
 @BY_KIND
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)
-def test_points_on_a_ray_project_to_its_pixel(camera, seed):
+def test_points_on_ray_project_to_its_pixel(camera, seed):
     rng = np.random.default_rng(seed)
     pixels = rng.uniform(0, [W - 1, H - 1], (300, 2))
     rays = camera.rays(pixels)
@@ -66,13 +66,13 @@ def test_points_on_a_ray_project_to_its_pixel(camera, seed):
 
 
 @BY_KIND
-def test_points_behind_the_origin_are_not_seen(camera):
+def test_points_behind_origin_are_invalid(camera):
     rays = camera.rays(np.array([[30.0, 20], [10, 40], [50, 7]]))
     assert not camera.project(rays.origins - 50 * rays.directions).valid.any()
 
 
 @BY_KIND
-def test_values_that_are_not_finite_have_no_answer(camera):
+def test_non_finite_values_are_invalid(camera):
     pixels = np.array([[np.nan, 1], [1, np.inf], [5, 5]])
     rays = camera.rays(pixels)
     np.testing.assert_array_equal(rays.valid, [False, False, True])
@@ -88,7 +88,7 @@ WILD = [0, 1, -50, 1e-300, 1e20, -1e155, 1e200, 1e308, np.inf, -np.inf, np.nan]
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_wild_values_are_flagged_without_a_warning_by_every_kind(name):
+def test_extreme_values_are_flagged_without_warning(name):
     camera, _ = EVERY[name]
     rng = np.random.default_rng(4)
     rays = camera.rays(rng.choice(WILD, (2000, 2)))
@@ -101,7 +101,7 @@ def test_wild_values_are_flagged_without_a_warning_by_every_kind(name):
 
 
 @BY_KIND
-def test_a_camera_comes_back_to_the_bit(camera, tmp_path):
+def test_camera_file_roundtrip_is_bit_identical(camera, tmp_path):
     camera.save(tmp_path / "camera.npz")
     back = load_camera(tmp_path / "camera.npz")
     pixels = np.random.default_rng(0).uniform(0, [W, H], (50, 2))
@@ -122,14 +122,14 @@ def test_rays_of_crossed_slits_meet_both_slits():
     assert np.abs(rays.origins[:, 2] - 2).max() < 1e-12
 
 
-def test_points_between_two_slits_are_not_seen():
+def test_points_between_slits_are_invalid():
     """Rays begin at the slit ahead, z = 2; the other one is at z = -30."""
     rays = XSLITS.rays(np.random.default_rng(8).uniform(0, [W, H], (50, 2)))
     assert XSLITS.project(rays.origins + 5 * rays.directions).valid.all()
     assert not XSLITS.project(rays.origins - 5 * rays.directions).valid.any()
 
 
-def test_axial_rays_cross_the_axis_and_a_still_pupil_is_a_fisheye():
+def test_axial_rays_cross_axis():
     pixels = np.random.default_rng(4).uniform(0, [W - 1, H - 1], (200, 2))
     rays = AXIAL.rays(pixels)
     assert not rays.origins[:, :2].any()
@@ -142,7 +142,7 @@ def test_axial_rays_cross_the_axis_and_a_still_pupil_is_a_fisheye():
     np.testing.assert_array_equal(rays.directions, lens.rays(pixels).directions)
 
 
-def test_points_before_the_axial_caustic_have_the_pixel_of_another_ray():
+def test_points_before_axial_caustic_use_other_ray():
     pixel = np.array([[58.0, 24.0]])
     rays = AXIAL.rays(pixel)
     beyond = AXIAL.project(rays.origins + 1.05 * caustic_reach(rays) * rays.directions)
@@ -163,7 +163,7 @@ def caustic_reach(rays):
     return AXIAL.pupil(angle)[1] * np.sin(angle)
 
 
-def test_the_caustic_of_the_axial_camera_is_known():
+def test_axial_caustic_matches_closed_form():
     """One sheet on the axis, the other at z0'(theta) sin(theta) along the ray."""
     pixels = np.array([[55.0, 30], [12, 40], [33, 30]])
     rays = AXIAL.rays(pixels)
@@ -174,7 +174,7 @@ def test_the_caustic_of_the_axial_camera_is_known():
     np.testing.assert_allclose(sheets[:, 1], meridional, atol=1e-7)
 
 
-def test_the_caustic_of_crossed_slits_is_the_slits():
+def test_xslits_caustic_is_slits():
     pixels = np.random.default_rng(5).uniform(5, [W - 5, H - 5], (50, 2))
     sheets = caustic_points(XSLITS, pixels)
     for k, slit in ((1, 0), (0, 1)):
@@ -185,7 +185,7 @@ def test_the_caustic_of_crossed_slits_is_the_slits():
         assert np.linalg.norm(off, axis=1).max() < 1e-7
 
 
-def test_caustics_at_the_centre_and_at_infinity():
+def test_caustic_at_centre_and_infinity():
     pixels = np.array([[10.0, 20], [40, 30], [np.nan, 3]])
     fisheye = FisheyeCamera("equidistance", 20, [31, 24], W, H)
     sheets = caustic_points(fisheye, pixels)
@@ -198,7 +198,7 @@ def test_caustics_at_the_centre_and_at_infinity():
     assert np.isnan(sheets[:, 1]).all()
 
 
-def test_centrality_is_the_distance_from_the_best_point():
+def test_centrality_is_distance_from_best_point():
     rng = np.random.default_rng(6)
     d = rng.normal(size=(500, 3))
     d /= np.linalg.norm(d, axis=1)[:, None]
@@ -233,7 +233,7 @@ def test_centrality_is_the_distance_from_the_best_point():
         ("orthographic", "pixels_per_mm", -2),
     ],
 )
-def test_impossible_cameras_are_refused(kind, field, value):
+def test_impossible_cameras_are_rejected(kind, field, value):
     camera = next(c for c in CAMERAS if c.kind == kind)
     fields = {n: getattr(camera, n) for n in camera._fields()}
     fields |= {"width": W, "height": H, field: value}
@@ -242,13 +242,13 @@ def test_impossible_cameras_are_refused(kind, field, value):
     assert "\n" not in str(fault.value)
 
 
-def test_an_image_plane_through_a_slit_is_refused():
+def test_image_plane_through_slit_is_rejected():
     fields = SLITS | {"slit_directions": [[0, 1, 0], [1, 0, 0]], "image_distance": 2}
     with pytest.raises(InputError, match="field 'image_distance'"):
         XSlitsCamera(**fields)
 
 
-def test_points_beyond_the_axial_caustic_are_seen_at_small_angles_too():
+def test_axial_points_beyond_caustic_are_seen_at_small_angles():
     pixels = np.array([[33.0, 24.0], [38, 20], [45, 30]])
     rays = AXIAL.rays(pixels)
     reach = 1.05 * caustic_reach(rays)[:, None]
@@ -256,7 +256,7 @@ def test_points_beyond_the_axial_caustic_are_seen_at_small_angles_too():
     np.testing.assert_allclose(found.pixels, pixels, atol=1e-8)
 
 
-def test_a_moving_pupil_shows_points_beyond_its_caustic():
+def test_moving_pupil_projects_points_beyond_caustic():
     lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
     camera = MovingPupilCamera(lens, [4.0, 1.0])
     pixels = np.random.default_rng(9).uniform([40, 30], [60, 45], (50, 2))
@@ -271,7 +271,7 @@ def test_a_moving_pupil_shows_points_beyond_its_caustic():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_pupil_that_moves_either_way_shows_each_point_by_itself(sign):
+def test_moving_pupil_projection_is_independent_per_point(sign):
     lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
     camera = MovingPupilCamera(lens, [sign * 4.0, sign * 1.0])
     for pixel in ([40.0, 30], [58, 12], [3, 40]):
@@ -281,7 +281,7 @@ def test_a_pupil_that_moves_either_way_shows_each_point_by_itself(sign):
 
 
 @BY_KIND
-def test_a_caustic_is_that_of_lines_wherever_their_rays_begin(camera):
+def test_caustic_is_independent_of_ray_origins(camera):
     def later(pixels):
         rays = camera.rays(pixels)
         return rays._replace(origins=rays.origins + 7 * rays.directions)
@@ -291,7 +291,7 @@ def test_a_caustic_is_that_of_lines_wherever_their_rays_begin(camera):
     np.testing.assert_allclose(sheets, caustic_points(camera, pixels), atol=1e-7)
 
 
-def test_centrality_is_the_distance_of_lines_from_their_middle_all_ways():
+def test_centrality_uses_all_components():
     """Pairs of lines to both sides of a point, 3 and 4 mm off across each other."""
     rng, middle = np.random.default_rng(10), np.array([5.0, -2.0, 7.0])
     first = np.linalg.qr(rng.normal(size=(40, 3, 3)))[0]

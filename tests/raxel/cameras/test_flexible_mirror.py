@@ -46,7 +46,7 @@ def sheet(profile, rulings=0.0, unevenness=FLAT, holder=0.0):
     return ClampedMirror(profile, SIZE, rulings, unevenness, holder)
 
 
-def test_a_beam_under_one_load_has_the_shape_of_5_1():
+def test_beam_shape_equals_equation_5_1():
     x = np.linspace(0, 150, 31)
     beam = BeamProfile(150.0, 2e-6)
     np.testing.assert_allclose(beam.at(x)[0], 2e-6 * x**2 / 6 * (450 - x), rtol=1e-13)
@@ -55,7 +55,7 @@ def test_a_beam_under_one_load_has_the_shape_of_5_1():
     np.testing.assert_allclose([*np.diff(slope), *bend], 0, atol=1e-15)
 
 
-def test_the_elastica_is_what_its_differential_equation_says():
+def test_elastica_solves_its_equation():
     """theta'' = -q cos(theta) along the sheet; theta(0) = 0, no moment at the load."""
     made = ElasticaProfile.deflected(100.0, 60.0)
     q, X = made.forces[0], made.places[0]
@@ -76,7 +76,7 @@ def rough(amplitude=0.03, strain=0.02):
 
 
 @pytest.mark.parametrize("deflection", [15.0, 1e-3])
-def test_derivatives_of_the_sheet_agree_with_differences(deflection):
+def test_derivatives_of_sheet_agree_with_differences(deflection):
     profile = ElasticaProfile.deflected([70, 150], [deflection / 3, deflection])
     mirror = sheet(profile, 0.06, rough())
     rng = np.random.default_rng(1)
@@ -90,7 +90,7 @@ def test_derivatives_of_the_sheet_agree_with_differences(deflection):
 
 
 @pytest.mark.parametrize("rulings", [0.0, 1e-7, 0.06])
-def test_the_sheet_does_not_stretch(rulings):
+def test_flexible_sheet_keeps_lengths(rulings):
     """Lengths on the bent sheet are those on the flat one, in every direction."""
     mirror = sheet(ElasticaProfile.deflected([70, 150], [2, 15]), rulings)
     rng = np.random.default_rng(2)
@@ -109,7 +109,7 @@ def test_the_sheet_does_not_stretch(rulings):
     np.testing.assert_allclose(edge, [np.zeros(5), np.linspace(-50, 50, 5)], atol=1e-12)
 
 
-def test_the_sheet_ends_where_its_length_does_and_the_holder_hides_its_part():
+def test_flexible_sheet_ends_at_length_and_holder():
     mirror = sheet(ElasticaProfile.deflected(150.0, 40.0), holder=6.0)
     assert mirror.end < 160 - 5
     x = np.array([5.9, 6.1, mirror.end - 1e-6, mirror.end + 1e-6])
@@ -119,7 +119,7 @@ def test_the_sheet_ends_where_its_length_does_and_the_holder_hides_its_part():
     assert not mirror.carries(np.array([[80.0, 50.1, 5.0]]))[0]
 
 
-def test_a_ray_that_begins_beyond_the_sheet_does_not_meet_it():
+def test_ray_from_beyond_sheet_misses_it():
     mirror = sheet(ElasticaProfile.deflected(150.0, 20.0))
     x, y = np.array([[30.0, 80.0, 120.0], [-20.0, 5.0, 30.0]])
     points = np.column_stack([x, y, mirror.height(x, y)[0]])
@@ -130,7 +130,7 @@ def test_a_ray_that_begins_beyond_the_sheet_does_not_meet_it():
     assert not mirror.reflect(points + 9 * ways, ways).valid.any()
 
 
-def test_the_waves_have_the_height_that_is_stated_and_the_strain_its_reach():
+def test_unevenness_has_given_height_and_reach():
     x, y = np.meshgrid(np.linspace(0, 160, 801), np.linspace(-50, 50, 501))
     height = rough(0.03, 0.0).at(x.ravel(), y.ravel())[0]
     assert np.sqrt(np.mean(height**2)) == pytest.approx(0.03, rel=0.02)
@@ -153,7 +153,7 @@ def test_the_waves_have_the_height_that_is_stated_and_the_strain_its_reach():
         {"deflections": 2e-3, "aberration": 1e-4},
     ],
 )
-def test_points_on_a_ray_project_to_its_pixel(changes):
+def test_points_on_ray_project_to_its_pixel(changes):
     camera, pixels = flexible(**changes), pixels_of(4)
     rays = camera.rays(pixels)
     assert rays.valid.mean() > 0.5
@@ -163,7 +163,7 @@ def test_points_on_a_ray_project_to_its_pixel(changes):
     assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
 
 
-def test_points_beyond_the_focus_of_a_hollow_sheet_are_found_where_it_shows_them():
+def test_concave_sheet_projects_points_beyond_focus():
     """It may show them several times: the pixel's ray passes through the point."""
     camera, rng = flexible(deflections=-30.0), np.random.default_rng(5)
     rays = camera.rays(pixels_of(4, 200))
@@ -176,7 +176,7 @@ def test_points_beyond_the_focus_of_a_hollow_sheet_are_found_where_it_shows_them
     assert np.linalg.norm(np.cross(reach, there.directions), axis=1).max() < 1e-6
 
 
-def test_rays_obey_the_law_of_reflection():
+def test_rays_obey_law_of_reflection():
     camera, pixels = flexible(**ROUGH), pixels_of(6)
     rays = camera.rays(pixels)
     seen = VIEWER.rays(pixels).directions
@@ -188,7 +188,7 @@ def test_rays_obey_the_law_of_reflection():
     assert np.abs(np.einsum("nik,ni->nk", J, out - into)).max() < 1e-11 * 94
 
 
-def test_undeflected_it_is_a_plane_mirror():
+def test_undeflected_sheet_is_plane_mirror():
     camera = flexible(deflections=0.0)
     outline = np.array([[0, -50], [160, -50], [160, 50], [0, 50.0]])
     plane = PlanarMirrorsCamera(VIEWER, [camera.T_viewer_mirror], [outline])
@@ -199,7 +199,7 @@ def test_undeflected_it_is_a_plane_mirror():
     )
 
 
-def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
+def test_camera_roundtrips_through_file_and_fields(tmp_path):
     fields = SHEET | ROUGH | {"loads": (60, 150), "deflections": (5, 8), "seed": 2}
     camera = camera_from("flexible mirror", fields)
     camera.save(tmp_path / "camera.npz")
@@ -233,12 +233,12 @@ def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
         ),
     ],
 )
-def test_impossible_cameras_are_refused(change, words):
+def test_impossible_cameras_are_rejected(change, words):
     with pytest.raises(InputError, match=words):
         camera_from("flexible mirror", SHEET | change)
 
 
-def test_the_clamped_edge_stays_where_it_is_with_its_slope():
+def test_clamped_edge_keeps_position_and_slope():
     mirror = sheet(ElasticaProfile.deflected(150.0, 15.0), 0.06, rough())
     y = np.linspace(-50, 50, 11)
     height, by_x, by_y, *_ = mirror.height(np.zeros(11), y)

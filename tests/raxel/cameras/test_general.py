@@ -55,7 +55,7 @@ def points_on(rays, rng):
     return rays.origins + depth * rays.directions
 
 
-def test_a_table_made_in_blocks_holds_all_rays_of_its_camera():
+def test_table_from_camera_contains_all_rays():
     camera = FisheyeCamera("equidistance", 60, (150.0, 120.0), 300, 250, 1.95)
     table = GeneralCamera.from_camera(camera)
     rays = camera.rays(pixel_grid(300, 250))
@@ -66,7 +66,7 @@ def test_a_table_made_in_blocks_holds_all_rays_of_its_camera():
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_points_on_the_ray_of_a_position_project_to_it(name):
+def test_points_on_ray_project_to_its_position(name):
     camera = TABLES[name]
     rng = np.random.default_rng(1)
     anywhere = rng.uniform(0, [WIDTH - 1, HEIGHT - 1], (3000, 2))
@@ -94,7 +94,7 @@ def brute_force_sees(camera, points):
 
 
 @pytest.mark.parametrize("name", [n for n in TABLES if " central" in n])
-def test_exactly_the_points_that_some_cell_surrounds_are_seen(name):
+def test_table_projects_points_inside_cells_only(name):
     camera = TABLES[name]
     points = np.random.default_rng(2).normal(0, 100, (700, 3))
     seen = brute_force_sees(camera, points)
@@ -104,7 +104,7 @@ def test_exactly_the_points_that_some_cell_surrounds_are_seen(name):
 
 @given(st.booleans(), st.integers(0, 2**32 - 1))
 @settings(max_examples=15, deadline=None)
-def test_a_noisy_table_still_finds_a_ray_through_every_point_it_sees(central, seed):
+def test_noisy_table_finds_ray_for_each_point(central, seed):
     camera = table(FISHEYE, central, hole_share=0.03, noise_px=0.6, seed=seed)
     rng = np.random.default_rng(seed)
     rays = camera.rays(rng.uniform(0, [WIDTH - 1, HEIGHT - 1], (500, 2)))
@@ -119,7 +119,7 @@ def test_a_noisy_table_still_finds_a_ray_through_every_point_it_sees(central, se
     assert np.all(np.sum((points - found.origins) * found.directions, axis=1) > 0)
 
 
-def test_points_behind_the_origin_of_their_ray_are_not_seen():
+def test_points_behind_ray_origin_are_invalid():
     camera = TABLES["pinhole non-central 0.0"]
     rays = camera.rays(np.array([[40.2, 30.7], [10, 10]]))
     assert camera.project(rays.origins + 5 * rays.directions).valid.all()
@@ -127,7 +127,7 @@ def test_points_behind_the_origin_of_their_ray_are_not_seen():
     assert not TABLES["pinhole central 0.0"].project(np.array([[1.0, 2, 3]])).valid
 
 
-def test_at_pixel_centres_the_table_is_the_camera_it_was_made_from():
+def test_table_equals_camera_at_pixel_centres():
     camera = GeneralCamera.from_camera(FISHEYE)
     pixels = pixel_grid(WIDTH, HEIGHT)
     ours, theirs = camera.rays(pixels), FISHEYE.rays(pixels)
@@ -142,7 +142,7 @@ def test_at_pixel_centres_the_table_is_the_camera_it_was_made_from():
     )
 
 
-def test_the_table_of_a_central_mirror_has_its_centre_not_a_place_on_it():
+def test_central_mirror_table_has_common_origin():
     K = [[100, 0, 40], [0, 100, 30], [0, 0, 1]]
     viewer = PerspectiveCamera(K, [], 81, 61)
     mirror = QuadricMirrorCamera.aligned(viewer, "hyperboloid", (30, 20), 20)
@@ -156,7 +156,7 @@ def test_the_table_of_a_central_mirror_has_its_centre_not_a_place_on_it():
     np.testing.assert_allclose(seen.pixels, pixels[rays.valid], atol=1e-6)
 
 
-def test_only_the_pixels_that_take_part_are_needed():
+def test_interpolation_needs_weighted_pixels_only():
     directions = np.dstack([*np.mgrid[:4, :4][::-1] / 10, np.ones((4, 4))])
     mask = np.ones((4, 4), bool)
     mask[1, 1] = False
@@ -174,7 +174,7 @@ def test_only_the_pixels_that_take_part_are_needed():
     np.testing.assert_allclose(back.pixels, expected, rtol=0, atol=1e-9)
 
 
-def test_a_lone_pixel_and_a_full_circle_table():
+def test_single_pixel_and_full_circle_tables():
     mask = np.zeros((3, 3), bool)
     mask[2, 2] = True
     lone = GeneralCamera(np.ones((3, 3, 3)), mask)
@@ -223,12 +223,12 @@ MASK = np.ones((3, 4), bool)
         ("units", (GOOD, MASK, [0, 0, 0], "inch")),
     ],
 )
-def test_impossible_tables_are_refused_by_name(field, arguments):
+def test_impossible_tables_are_rejected_by_name(field, arguments):
     with pytest.raises(InputError, match=f"^field '{field}': "):
         GeneralCamera(*arguments)
 
 
-def test_a_cell_wider_than_a_half_space_hides_nothing():
+def test_cell_wider_than_half_space_is_searched():
     """Its corners look 100 degrees off the axis, each another way, and its middle
     straight back, which no cone about the rays of its neighbours holds."""
     polar, around = np.full((5, 5), 0.1), np.linspace(0, 1, 25).reshape(5, 5)
@@ -246,7 +246,7 @@ def test_a_cell_wider_than_a_half_space_hides_nothing():
 
 
 @pytest.mark.parametrize("side", ["above", "below", "left", "right"])
-def test_a_single_line_of_pixels_along_the_border_sees_what_lies_on_it(side):
+def test_border_pixel_line_sees_its_points(side):
     place, axis = {"above": (0, 1), "below": (5, 1), "left": (0, 0), "right": (7, 0)}[
         side
     ]

@@ -27,7 +27,7 @@ CAMERAS = [PERSPECTIVE, FISHEYE, CENTRAL, NON_CENTRAL]
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda c: c.kind)
-def test_a_camera_comes_back_to_the_bit(camera, tmp_path):
+def test_camera_file_roundtrip_is_bit_identical(camera, tmp_path):
     path = tmp_path / "camera.npz"
     camera.save(path)
     back = load_camera(path)
@@ -72,14 +72,14 @@ def damaged(tmp_path, camera, **changes):
         (CENTRAL, "width", np.array(30)),
     ],
 )
-def test_a_bad_field_is_named_with_its_file(camera, name, value, tmp_path):
+def test_bad_field_is_named_with_file(camera, name, value, tmp_path):
     path = damaged(tmp_path, camera, **{name: value})
     with pytest.raises(InputError, match=rf"camera\.npz: field '{name}': ") as fault:
         load_camera(path)
     assert "\n" not in str(fault.value)
 
 
-def test_files_that_are_no_cameras(tmp_path):
+def test_non_camera_files_are_rejected(tmp_path):
     with pytest.raises(InputError, match="no such camera file"):
         load_camera(tmp_path / "none.npz")
     with pytest.raises(InputError, match="not a readable camera file"):
@@ -103,7 +103,7 @@ def test_files_that_are_no_cameras(tmp_path):
         load_camera(cut)
 
 
-def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
+def test_failed_save_keeps_old_file(tmp_path, monkeypatch):
     path = tmp_path / "camera.npz"
     FISHEYE.save(path)
     before = path.read_bytes()
@@ -123,6 +123,6 @@ def _fail_half_way(stream, **fields):
     raise OSError("disk full")
 
 
-def test_a_table_of_another_camera_is_in_the_unit_asked_for():
+def test_table_from_camera_uses_requested_unit():
     assert CENTRAL.units == "pitch"
     assert GeneralCamera.from_camera(FISHEYE).units == "mm"

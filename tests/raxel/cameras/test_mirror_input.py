@@ -22,7 +22,7 @@ from tests.mirror_cameras import (
 
 
 @EVERY
-def test_a_camera_comes_back_to_the_bit(name, tmp_path):
+def test_camera_file_roundtrip_is_bit_identical(name, tmp_path):
     camera = MIRRORS[name]
     camera.save(tmp_path / "camera.npz")
     back = load_camera(tmp_path / "camera.npz")
@@ -32,7 +32,7 @@ def test_a_camera_comes_back_to_the_bit(name, tmp_path):
     assert (back.central, back.parameters) == (camera.central, camera.parameters)
 
 
-def test_a_mirror_camera_from_plain_fields():
+def test_mirror_camera_from_plain_fields():
     fields = {
         "viewer": {
             "kind": "orthographic",
@@ -55,7 +55,7 @@ def test_a_mirror_camera_from_plain_fields():
         camera_from("quadric mirror", fields)
 
 
-def test_a_damaged_viewer_is_named(tmp_path):
+def test_damaged_viewer_is_named(tmp_path):
     path = tmp_path / "camera.npz"
     CENTRAL["hyperboloid"].save(path)
     with np.load(path) as archive:
@@ -110,7 +110,7 @@ NON_CENTRAL = GeneralCamera(
         ),
     ],
 )
-def test_impossible_mirrors_are_refused_in_one_line(build, words):
+def test_impossible_mirrors_are_rejected_in_one_line(build, words):
     with pytest.raises(InputError, match=words) as fault:
         build()
     assert "\n" not in str(fault.value)

@@ -42,7 +42,7 @@ from tests.mirror_cameras import (
 @given(seed=st.integers(0, 2**32 - 1))
 @example(seed=347299)  # a point of the ellipsoid's rays 0.3 um from their centre
 @settings(max_examples=4, deadline=None)
-def test_points_on_a_ray_project_to_its_pixel(name, seed):
+def test_points_on_ray_project_to_its_pixel(name, seed):
     camera, pixels = MIRRORS[name], random_pixels(seed)
     rays = camera.rays(pixels)
     assert rays.valid.mean() > 0.1
@@ -60,7 +60,7 @@ def test_points_on_a_ray_project_to_its_pixel(name, seed):
 
 
 @pytest.mark.parametrize("name", CONCAVE)
-def test_a_concave_mirror_finds_a_true_reflection_of_points_beyond_its_caustic(name):
+def test_concave_mirror_projects_points_beyond_caustic(name):
     """Points may have several images; whichever is found, its ray holds the point."""
     camera, pixels = MIRRORS[name], random_pixels(3)
     rays = camera.rays(pixels)
@@ -76,7 +76,7 @@ def test_a_concave_mirror_finds_a_true_reflection_of_points_beyond_its_caustic(n
 
 
 @EVERY
-def test_origins_lie_on_the_mirror_within_its_rim(name):
+def test_ray_origins_are_on_mirror(name):
     camera = MIRRORS[name]
     rays = camera.rays(random_pixels(1))
     on = transform(inverse_pose(camera.T_viewer_mirror), rays.origins[rays.valid])
@@ -95,7 +95,7 @@ def test_origins_lie_on_the_mirror_within_its_rim(name):
 
 
 @EVERY
-def test_the_angles_before_and_after_the_mirror_are_equal(name):
+def test_reflection_angles_are_equal(name):
     camera, pixels = MIRRORS[name], random_pixels(2)
     rays, seen = camera.rays(pixels), camera.viewer.rays(pixels)
     keep = rays.valid
@@ -112,7 +112,7 @@ def test_the_angles_before_and_after_the_mirror_are_equal(name):
 
 
 @pytest.mark.parametrize("name", CENTRAL)
-def test_an_aligned_camera_is_central_and_its_rays_meet_at_the_other_focus(name):
+def test_aligned_camera_is_central_at_focus(name):
     camera = CENTRAL[name]
     assert camera.central
     rays = camera.rays(random_pixels(5))
@@ -125,7 +125,7 @@ def test_an_aligned_camera_is_central_and_its_rays_meet_at_the_other_focus(name)
 
 
 @pytest.mark.parametrize("side", ["inside", "outside"])
-def test_a_mirror_is_turned_about_its_apex_by_axes_of_the_viewer(side):
+def test_misalignment_rotates_about_apex(side):
     """Whichever way its own axes point."""
     turn, offset = np.array([0.02, -0.03, 0.01]), np.array([1.0, -2.0, 0.5])
     mirror = "hyperboloid", (20.0, 30.0), 25.0
@@ -144,7 +144,7 @@ def test_a_mirror_is_turned_about_its_apex_by_axes_of_the_viewer(side):
         ("paraboloid", 1.0, 8 * 20, -1),
     ],
 )
-def test_a_convex_mirror_is_a_unified_sphere(name, xi, focal, flip):
+def test_convex_mirror_is_unified_sphere(name, xi, focal, flip):
     camera = CENTRAL[name]
     if xi is None:
         e = math.hypot(30, 20) / 30
@@ -159,7 +159,7 @@ def test_a_convex_mirror_is_a_unified_sphere(name, xi, focal, flip):
     )
 
 
-def test_the_sphere_agrees_with_the_quartic_of_alhazen():
+def test_sphere_reflection_solves_alhazen_quartic():
     """In the plane of centre, viewer and point: a quartic in the half-angle tangent."""
     camera = CONVEX["sphere"]
     R, far = 30.0, 130.0
@@ -191,7 +191,7 @@ def test_the_sphere_agrees_with_the_quartic_of_alhazen():
             np.testing.assert_allclose(seen.pixels, pixel, atol=1e-7)
 
 
-def test_the_caustic_of_a_sphere_under_parallel_light_is_known():
+def test_sphere_caustic_matches_closed_form():
     """At incidence i: R cos(i) / 2 behind the surface, and R / (2 cos i) across."""
     camera = CONVEX["sphere, parallel"]
     pixels = random_pixels(10, 300)
@@ -209,7 +209,7 @@ def test_the_caustic_of_a_sphere_under_parallel_light_is_known():
 
 
 @pytest.mark.parametrize("shape", [HYPERBOLOID, PARABOLOID, ELLIPSOID])
-def test_the_derivative_of_the_stationarity_equations(shape):
+def test_stationarity_derivative_equals_differences(shape):
     mirror = ConicMirror(*shape, 0, "outside")
     rng = np.random.default_rng(11)
     p = rng.uniform(-0.2, 0.2, (20, 2))
@@ -229,7 +229,7 @@ def test_the_derivative_of_the_stationarity_equations(shape):
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)
-def test_any_convex_mirror_off_its_focus_finds_every_reflection(seed):
+def test_convex_mirror_finds_all_reflections(seed):
     rng = np.random.default_rng(seed)
     shape = ("hyperboloid", "ellipsoid", "sphere", "paraboloid")[rng.integers(4)]
     limits = {"hyperboloid": (1.05, 3), "ellipsoid": (0.1, 0.95)}
@@ -255,7 +255,7 @@ def test_any_convex_mirror_off_its_focus_finds_every_reflection(seed):
     assert np.abs(back.pixels - pixels)[rays.valid].max(initial=0) < 1e-9
 
 
-def test_points_behind_the_mirror_and_beyond_its_rim_are_not_seen():
+def test_points_behind_mirror_are_invalid():
     for name in ("hyperboloid", "hyperboloid off", "sphere"):
         camera = MIRRORS[name]
         behind = [[0.0, 0, 300], [5, 5, 150], [0, 0, np.nan], [np.inf, 0, 0]]
@@ -264,7 +264,7 @@ def test_points_behind_the_mirror_and_beyond_its_rim_are_not_seen():
         assert np.isnan(seen.pixels).all()
 
 
-def test_rays_that_meet_the_mirror_twice_have_no_pixel():
+def test_double_reflections_are_invalid():
     """A deep bowl, seen from next to its wall: past its centre light gets out."""
     fisheye = FisheyeCamera("equidistance", 180, (320, 240), W, H)
     T = pose(np.diag([1.0, -1, -1]), [20, 0, 10])
@@ -274,7 +274,7 @@ def test_rays_that_meet_the_mirror_twice_have_no_pixel():
     np.testing.assert_array_equal(camera.rays(pixels).valid, [True, False, False])
 
 
-def test_a_hole_has_no_pixels():
+def test_mirror_hole_has_no_pixels():
     pixels = np.array([[319.5, 239.5], [319.5 + 8 * 1.9, 239.5], [319.5 + 17, 239.5]])
     np.testing.assert_array_equal(
         CENTRAL["paraboloid"].rays(pixels).valid, [False, False, True]

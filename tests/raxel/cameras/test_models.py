@@ -43,7 +43,7 @@ from tests.camera_zoo import (
     ("radial", "tangential"),
     [([], [0.01, -0.02]), ([-0.2, 0.05], [0.003, 0.002]), ([0.1, 0, 0.02], [0, -0.01])],
 )
-def test_brown_is_opencvs_model(radial, tangential):
+def test_brown_equals_opencv(radial, tangential):
     points = np.random.default_rng(3).uniform([-1, -1, 2], [1, 1, 4], (500, 3))
     camera = BrownCamera(K, radial, tangential, *SIZE)
     k = [*radial, 0, 0, 0][:3]
@@ -58,7 +58,7 @@ def test_brown_is_opencvs_model(radial, tangential):
     np.testing.assert_allclose(shear, 1.5 * (theirs[:, 0, 1] - 250) / 280, atol=1e-9)
 
 
-def test_symmetric_kannala_brandt_is_opencvs_fisheye():
+def test_symmetric_kannala_brandt_equals_opencv_fisheye():
     camera = KannalaBrandtCamera(KB_K, (170, 160), CENTRE, *SIZE)
     points = np.random.default_rng(5).uniform([-3, -3, 0.2], [3, 3, 2], (500, 3))
     matrix = np.array([[170, 0, CENTRE[0]], [0, 160, CENTRE[1]], [0, 0, 1]])
@@ -69,7 +69,7 @@ def test_symmetric_kannala_brandt_is_opencvs_fisheye():
 
 
 @pytest.mark.parametrize(("out", "around"), [(1, 1), (1, 0), (0, 1)])
-def test_complete_kannala_brandt_is_its_formula(out, around):
+def test_complete_kannala_brandt_equals_equation(out, around):
     """With both pairs of terms, and with each alone."""
     theta, phi = np.random.default_rng(6).uniform([0.01, -3.1], [3, 3.1], (300, 2)).T
     own = dict(zip(("radial_l", "radial_i"), KB_ODD, strict=True)) if out else {}
@@ -93,7 +93,7 @@ def test_complete_kannala_brandt_is_its_formula(out, around):
     )
 
 
-def test_division_undistorts_by_its_formula():
+def test_division_camera_equals_equation():
     camera = ZOO["division, three terms"]
     pixels = np.random.default_rng(8).uniform(0, SIZE, (300, 2))
     y = (pixels[:, 1] - 250) / 280
@@ -110,7 +110,7 @@ def test_division_undistorts_by_its_formula():
 
 
 @pytest.mark.parametrize("name", ["scaramuzza", "scaramuzza, looking back"])
-def test_scaramuzza_is_equation_2_10(name):
+def test_scaramuzza_equals_equation_2_10(name):
     camera = ZOO[name]
     c, d, e = camera.affine
     p = np.random.default_rng(9).uniform(-200, 200, (300, 2))
@@ -124,7 +124,7 @@ def test_scaramuzza_is_equation_2_10(name):
     np.testing.assert_array_equal(on_axis, [0, 0, np.sign(a0)])
 
 
-def test_tardif_is_a_focal_length_for_each_radius_and_sees_behind():
+def test_tardif_camera_sees_behind():
     camera = ZOO["tardif"]
     p = np.random.default_rng(10).uniform(-220, 220, (300, 2))
     focal = np.polynomial.polynomial.polyval(np.hypot(*p.T), camera.coefficients)
@@ -134,7 +134,7 @@ def test_tardif_is_a_focal_length_for_each_radius_and_sees_behind():
     assert math.degrees(camera.max_angle) == pytest.approx(125.9, abs=0.1)
 
 
-def test_field_of_view_and_micusik_pajdla_are_their_formulas():
+def test_field_of_view_and_micusik_pajdla_equal_equations():
     theta = np.linspace(0.01, 1.4, 50)
     square = np.diag([300.0, 300, 1])
     fov = radii_of(FieldOfViewCamera(1.2, square, *SIZE), theta)
@@ -146,7 +146,7 @@ def test_field_of_view_and_micusik_pajdla_are_their_formulas():
     np.testing.assert_allclose(sine, 300 * np.sin(0.6 * theta), rtol=1e-13)
 
 
-def test_shah_aggarwal_is_two_polynomials_of_the_radius():
+def test_shah_aggarwal_equals_polynomials():
     camera = ZOO["shah-aggarwal"]
     points = np.random.default_rng(12).normal(0, 1, (400, 3)) + [0, 0, 2]
     pixels, valid = camera.project(points)
@@ -164,7 +164,7 @@ def test_shah_aggarwal_is_two_polynomials_of_the_radius():
     np.testing.assert_array_equal(valid, (points[:, 2] > 0) & (r <= limit))
 
 
-def test_models_meet_where_they_must():
+def test_models_agree_at_special_parameters():
     points = np.random.default_rng(11).normal(0, 1, (500, 3))
     pinhole = PerspectiveCamera(K, [], *SIZE).project(points)
     lifted = [[0, 0, 0, 1 / 300, 0, -1.1], [0, 0, 0, 0, 1 / 280, -25 / 28]]
@@ -202,7 +202,7 @@ def test_models_meet_where_they_must():
         np.testing.assert_allclose(found.pixels[inside], pixels[inside], atol=2e-9)
 
 
-def test_the_rational_cubic_pixel_is_two_ratios():
+def test_rational_cubic_equals_ratios():
     camera = ZOO["rational cubic"]
     x, y = np.random.default_rng(13).uniform(-0.6, 0.6, (2, 300))
     one = np.ones(300)
@@ -215,7 +215,7 @@ def test_the_rational_cubic_pixel_is_two_ratios():
     np.testing.assert_allclose(scaled.coefficients, camera.coefficients, rtol=1e-14)
 
 
-def test_mei_rives_distorts_the_plane_of_the_sphere_model():
+def test_mei_rives_equals_sphere_distortion():
     camera = ZOO["mei-rives"]
     points = unit(np.random.default_rng(14).normal(0, 1, (500, 3)) + [0, 0, 1.5])
     x, y = (points[:, :2] / (points[:, 2:] + 0.9)).T
@@ -245,7 +245,7 @@ def test_mei_rives_distorts_the_plane_of_the_sphere_model():
         (ZOO["division, pincushion"], math.degrees(math.atan(math.sqrt(5) / 2))),
     ],
 )
-def test_each_law_ends_at_its_first_turning_point(camera, degrees):
+def test_law_ends_at_first_turning_point(camera, degrees):
     assert math.degrees(camera.max_angle) == pytest.approx(degrees, abs=1e-6)
     limit = camera.max_angle
     angles = np.array([0.5, 0.999, 1.0005]) * limit
@@ -255,7 +255,7 @@ def test_each_law_ends_at_its_first_turning_point(camera, degrees):
     assert (np.diff(radii) > 0).all()
 
 
-def test_a_map_with_decentring_ends_at_its_first_folding_circle():
+def test_decentred_map_ends_at_first_fold():
     camera = ZOO["brown, folding"]
     warp = BrownMap(np.array([-0.3]), np.array([0.01, 0.02]), math.inf)
     assert math.tan(camera.max_angle) == pytest.approx(warp.limit)
@@ -267,9 +267,7 @@ def test_a_map_with_decentring_ends_at_its_first_folding_circle():
 
 @pytest.mark.parametrize("max_angle", [None, 0.9])
 @pytest.mark.parametrize("name", ["brown", "kannala-brandt 9", "mei-rives"])
-def test_a_camera_comes_back_with_the_angle_it_was_given_and_none_of_its_own(
-    name, max_angle, tmp_path
-):
+def test_saved_camera_keeps_given_angle_only(name, max_angle, tmp_path):
     fields = {**ZOO[name]._fields(), "width": 640, "height": 480}
     camera = type(ZOO[name])(**fields, max_angle=max_angle)
     camera.save(tmp_path / "camera.npz")

@@ -35,7 +35,7 @@ CAMERAS = PERSPECTIVE | FISHEYE
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_points_on_the_ray_of_a_pixel_project_to_it(name):
+def test_points_on_pixel_ray_project_to_it(name):
     camera = CAMERAS[name]
     rng = np.random.default_rng(0)
     pixels = np.vstack([rng.uniform(-0.5, 639.5, (4000, 2)), [[330, 250]]])
@@ -43,7 +43,7 @@ def test_points_on_the_ray_of_a_pixel_project_to_it(name):
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_the_ray_of_a_points_pixel_passes_through_the_point(name):
+def test_ray_of_projected_pixel_meets_point(name):
     camera = CAMERAS[name]
     points = np.random.default_rng(1).normal(0, 100, (4000, 3))
     pixels, valid = camera.project(points)
@@ -63,7 +63,7 @@ def test_the_ray_of_a_points_pixel_passes_through_the_point(name):
     st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=60, deadline=None)
-def test_any_radial_terms_skew_and_aspect_go_round(radial, f, aspect, skew, seed):
+def test_perspective_camera_roundtrip(radial, f, aspect, skew, seed):
     camera = PerspectiveCamera(
         [[aspect * f, skew, 320], [0, f, 240], [0, 0, 1]], radial, 640, 480
     )
@@ -85,7 +85,7 @@ def test_perspective_agrees_with_opencv():
     )
 
 
-def test_the_turning_point_ends_the_field_of_view():
+def test_turning_point_limits_field_of_view():
     camera = PerspectiveCamera(np.diag([100.0, 100, 1]), [-1 / 3], 640, 480)
     # r - r^3/3 turns at r = 1, where it is 2/3.
     assert camera.max_radius == pytest.approx(1, abs=1e-15)
@@ -95,7 +95,7 @@ def test_the_turning_point_ends_the_field_of_view():
     assert camera.rays(pixels).valid.tolist() == [True, False, True, False]
 
 
-def test_points_behind_a_perspective_camera_are_not_seen():
+def test_points_behind_camera_are_invalid():
     points = np.array([[0, 0, -1.0], [0.1, 0, 0], [1, 1, -1e-9], [0, 0, np.nan]])
     pixels, valid = PERSPECTIVE["pinhole"].project(points)
     assert not valid.any()
@@ -103,7 +103,7 @@ def test_points_behind_a_perspective_camera_are_not_seen():
 
 
 @pytest.mark.parametrize("name", PROJECTIONS)
-def test_projection_functions_are_those_of_the_thesis(name):
+def test_projection_functions_match_thesis(name):
     camera = FisheyeCamera(name, 200, (50, 60), 101, 121)
     theta, phi = np.radians([0, 1e-7, 30, 89.9999, 90, 120, 179]), 0.7
     azimuth = np.array([math.cos(phi), math.sin(phi)])
@@ -121,7 +121,7 @@ def test_projection_functions_are_those_of_the_thesis(name):
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_wild_values_are_flagged_without_a_warning(name):
+def test_extreme_values_are_flagged_without_warning(name):
     wild = np.array([np.nan, np.inf, -np.inf, 1e308, -1e200, 1e-300, 0])
     pairs = np.stack(np.meshgrid(wild, wild), -1).reshape(-1, 2)
     origins, directions, valid = CAMERAS[name].rays(pairs)
@@ -152,13 +152,13 @@ def test_wild_values_are_flagged_without_a_warning(name):
         ("max_angle", lambda: FisheyeCamera("equisolid", 1, (0, 0), 4, 4, 180)),
     ],
 )
-def test_impossible_parameters_are_refused_by_name(field, make):
+def test_impossible_parameters_are_rejected_by_name(field, make):
     with pytest.raises(InputError, match=f"^field '{field}': "):
         make()
 
 
 @pytest.mark.parametrize("xi", [1.2, 1.5, 2.0])
-def test_beyond_the_parabola_pixels_end_where_the_radius_turns(xi):
+def test_negative_k_limits_pixels_at_turning_point(xi):
     """dr / dtheta = 0 at cos theta = -1 / xi, where r = 1 / sqrt(xi^2 - 1)."""
     camera = UnifiedSphereCamera(
         xi, [[100.0, 0, 300], [0, 100.0, 300], [0, 0, 1]], 601, 601
@@ -175,7 +175,7 @@ def test_beyond_the_parabola_pixels_end_where_the_radius_turns(xi):
     assert not camera.rays(300 + 1.001 * most * around).valid.any()
 
 
-def test_the_field_of_view_reaches_to_the_rims_of_the_outer_pixels():
+def test_field_of_view_includes_outer_pixels():
     camera = PerspectiveCamera([[50.0, 0, 9.5], [0, 50.0, 4.5], [0, 0, 1]], [], 20, 10)
     found = field_of_view(camera)
     assert found["horizontal"] == pytest.approx(2 * math.degrees(math.atan(10 / 50)))

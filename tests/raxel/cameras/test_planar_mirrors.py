@@ -42,7 +42,7 @@ def mirrors_of(*facets):
 STEREO = mirrors_of(facet(150, -55), facet(-150, 55))
 
 
-def test_every_facet_is_a_viewer_behind_it():
+def test_facet_equals_mirrored_viewer():
     pixels = random_pixels(13)
     facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
     assert (rays.valid <= (facets >= 0)).all()
@@ -57,7 +57,7 @@ def test_every_facet_is_a_viewer_behind_it():
     assert STEREO.parameters == 5 + 6
 
 
-def test_planar_mirrors_round_trip_in_each_facet():
+def test_planar_mirrors_roundtrip_per_facet():
     pixels = random_pixels(14)
     facets, rays = STEREO.facet_of(pixels), STEREO.rays(pixels)
     depth = np.random.default_rng(14).uniform(1, 5000, (len(pixels), 1))
@@ -73,7 +73,7 @@ def test_planar_mirrors_round_trip_in_each_facet():
     assert STEREO.project(points).valid[rays.valid].all()
 
 
-def test_a_point_before_two_facets_has_two_pixels():
+def test_point_in_two_facets_has_two_pixels():
     camera = mirrors_of(facet(172, -60), facet(-172, 60))
     point = np.array([[0.0, 10, -300]])
     first, second = (camera.project_facet(point, k) for k in range(2))
@@ -84,7 +84,7 @@ def test_a_point_before_two_facets_has_two_pixels():
 
 
 @pytest.mark.parametrize("turned", [0, 180])
-def test_a_viewer_of_parallel_rays_sees_facets_from_its_side(turned):
+def test_orthographic_viewer_sees_facets(turned):
     """Whichever way their z axes point."""
     viewer = OrthographicCamera(2.0, (319.5, 239.5), W, H)
     facets = [facet(turned + 30, -70), facet(turned - 25, 70)]
@@ -104,7 +104,7 @@ def test_a_viewer_of_parallel_rays_sees_facets_from_its_side(turned):
         assert not camera.project_facet(behind, k).valid.any()
 
 
-def test_planar_mirrors_come_back_to_the_bit(tmp_path):
+def test_planar_mirrors_file_roundtrip_is_bit_identical(tmp_path):
     triangle = [[0, 0], [30, 5], [10, 40]]
     camera = PlanarMirrorsCamera(
         FisheyeCamera("equidistance", 200, (320, 240), W, H),
@@ -134,7 +134,7 @@ T_FRONT, SQUARE = facet(150, 0)
         ([np.ones((4, 4))], [SQUARE], "T_viewer_facets"),
     ],
 )
-def test_impossible_facets_are_refused(poses, outlines, words):
+def test_impossible_facets_are_rejected(poses, outlines, words):
     with pytest.raises(InputError, match=words):
         PlanarMirrorsCamera(WIDE, poses, outlines)
 
@@ -148,7 +148,7 @@ BALL = {
 }
 
 
-def test_a_ball_is_seen_as_facet_after_facet_says():
+def test_mirror_ball_equals_its_facets():
     """Rays and facets of many mirrors against all of them asked one by one."""
     camera = PlanarMirrorsCamera.on_ball(WIDE, **BALL, tilt_sd=0.02, specimen=3)
     assert camera.facets > 100
@@ -181,12 +181,12 @@ def test_a_ball_is_seen_as_facet_after_facet_says():
         ("ball_radius", 0),
     ],
 )
-def test_no_ball_is_refused_with_its_field(field, value):
+def test_invalid_ball_is_rejected(field, value):
     with pytest.raises(InputError, match=f"field '{field}'"):
         ball_facets(**BALL | {field: value})
 
 
-def test_a_facet_is_glued_on_askew_about_its_own_sides():
+def test_facet_tilt_is_about_own_sides():
     """Nowhere on the ball does glueing turn a facet in its own plane."""
     straight, _ = ball_facets(**BALL)
     tilted, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=3)

@@ -37,7 +37,7 @@ def positions(count, margin=0.0, seed=5):
     return rng.uniform(low, high, (count, 2))
 
 
-def test_the_field_is_the_tensor_product_of_cubic_splines():
+def test_field_is_tensor_product_of_cubics():
     pixels = positions(500)
     found, _ = field_at(pixels, CONTROL, SPACING)
     # Knots in px: three cells before the image's corner and three after the last.
@@ -48,7 +48,7 @@ def test_the_field_is_the_tensor_product_of_cubic_splines():
     np.testing.assert_allclose(found, expected, atol=1e-13)
 
 
-def test_shares_give_the_field_inside_and_outside():
+def test_field_weights_reproduce_field():
     pixels = positions(2000, margin=150)
     index, share = shares(pixels, SHAPE, SPACING)
     found, _ = field_at(pixels, CONTROL, SPACING)
@@ -58,7 +58,7 @@ def test_shares_give_the_field_inside_and_outside():
     np.testing.assert_allclose(share[inside].sum(axis=1), 1)
 
 
-def test_every_position_is_reached_once_even_by_a_steep_field():
+def test_steep_field_is_inverted():
     control = CONTROL * (0.89 / steepest(CONTROL, SPACING))
     pixels = positions(5000, margin=200)
     targets = pixels + field_at(pixels, control, SPACING)[0]
@@ -67,7 +67,7 @@ def test_every_position_is_reached_once_even_by_a_steep_field():
     assert np.isnan(undisplaced(np.full((1, 2), np.nan), control, SPACING)).all()
 
 
-def test_a_trend_whose_pupil_moves_keeps_it(tmp_path):
+def test_ray_spline_keeps_pupil_shift(tmp_path):
     lens = KannalaBrandtCamera([1, -0.03], (120, 120), (W / 2, H / 2), W, H)
     moving = MovingPupilCamera(lens, [6.0])
     RaySplineCamera(moving, SPACING, CONTROL, W, H).save(tmp_path / "camera.npz")
@@ -80,7 +80,7 @@ def test_a_trend_whose_pupil_moves_keeps_it(tmp_path):
     np.testing.assert_allclose(again.pixels, pixels, atol=1e-9)
 
 
-def test_a_pose_moves_centre_and_rays():
+def test_ray_spline_pose_moves_rays():
     T = pose(rotation_from_vector([0.1, -0.2, 2.0]), [3.0, 4.0, -5.0])
     moved, plain = spline(T_camera_trend=T), spline()
     pixels = positions(300)
@@ -92,7 +92,7 @@ def test_a_pose_moves_centre_and_rays():
     np.testing.assert_allclose(back.pixels, pixels, atol=1e-10)
 
 
-def test_region_and_uncertainty_belong_to_their_cells():
+def test_uncertainty_is_per_cell():
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     covered = np.zeros(cells, bool)
     covered[1, 2] = True
@@ -112,7 +112,7 @@ def test_region_and_uncertainty_belong_to_their_cells():
     assert np.isnan(spline().pixel_covariance(pixels)).all()
 
 
-def test_covariance_of_rays_is_that_of_drawn_fields():
+def test_ray_covariance_matches_sampled_fields():
     """A field that is off by a constant draw turns the rays as stated."""
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     stated = np.array([[4e-4, 1e-4], [1e-4, 9e-4]])
@@ -129,7 +129,7 @@ def test_covariance_of_rays_is_that_of_drawn_fields():
         np.testing.assert_allclose(of_pixel, counted, atol=0.15 * counted.max())
 
 
-def test_a_file_brings_all_of_it_back(tmp_path):
+def test_ray_spline_file_roundtrip(tmp_path):
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     covered = np.random.default_rng(7).random(cells) > 0.5
     covariance = np.ones((2 * cells[0] + 1, 2 * cells[1] + 1, 3))
@@ -157,7 +157,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_makes_no_such_camera_is_named(name):
+def test_ray_spline_error_names_field(name):
     change, message = BAD[name]
     fields = {"trend": TREND, "spacing_px": SPACING, "control": CONTROL}
     with pytest.raises(InputError, match=message) as fault:
@@ -165,7 +165,7 @@ def test_what_makes_no_such_camera_is_named(name):
     assert "\n" not in str(fault.value)
 
 
-def test_covariance_of_rays_is_that_where_the_field_leads():
+def test_ray_covariance_is_at_displaced_pixel():
     """A field that moves all pixels alike: their rays, differenced, turn as stated."""
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     nodes = np.broadcast_to([4.0, 1, 9], (2 * cells[0] + 1, 2 * cells[1] + 1, 3))
@@ -183,7 +183,7 @@ def test_covariance_of_rays_is_that_where_the_field_leads():
     np.testing.assert_allclose(stated, expected, atol=1e-5 * expected.max())
 
 
-def test_no_field_is_steeper_than_the_bound_that_rises_along_both_axes_at_once():
+def test_steepness_bound_is_valid():
     """Four slopes of 0.4 px per px along both axes; at their foot the field is zero."""
     v, u = np.mgrid[:13, :13] - 6.0
     height = 0.4 * SPACING * np.maximum(5 - np.abs(u) - np.abs(v), 0)

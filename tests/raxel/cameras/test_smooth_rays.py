@@ -24,7 +24,7 @@ def differences(camera, found, pixels):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_single_positions_have_the_rays_of_the_camera(name):
+def test_smooth_rays_equal_camera_at_positions(name):
     camera = EVERY[name][0]
     turn, away = differences(camera, SmoothRays(camera).rays(INSIDE), INSIDE)
     assert turn < NEAR_PX
@@ -32,7 +32,7 @@ def test_single_positions_have_the_rays_of_the_camera(name):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_grids_have_the_rays_of_the_camera(name):
+def test_smooth_rays_equal_camera_on_grid(name):
     camera = EVERY[name][0]
     u, v = np.arange(2 * W + 1) / 2 - 0.5, np.arange(H) + 0.25
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
@@ -41,7 +41,7 @@ def test_grids_have_the_rays_of_the_camera(name):
     assert away < NEAR_MM
 
 
-def test_a_ray_depends_on_nothing_asked_before_or_beside_it():
+def test_smooth_rays_do_not_depend_on_history():
     camera = EVERY["hyperboloid"][0]
     one, other = SmoothRays(camera), SmoothRays(camera)
     u, v = np.arange(40.0, 90), np.arange(30.0, 100)
@@ -53,7 +53,7 @@ def test_a_ray_depends_on_nothing_asked_before_or_beside_it():
             np.testing.assert_array_equal(part_of_whole, part.reshape(len(u), -1))
 
 
-def test_a_camera_that_jumps_has_exact_rays_there():
+def test_discontinuous_camera_has_exact_rays():
     camera = EVERY["planar mirrors"][0]
     rays = SmoothRays(camera)
     rays.grid(np.arange(W, dtype=float), np.arange(H, dtype=float))
@@ -77,14 +77,14 @@ class BrokenGlass:
         return seen._replace(origins=depth * seen.directions)
 
 
-def test_rays_that_leave_from_a_step_leave_from_there():
+def test_smooth_rays_keep_stepped_origins():
     rays = SmoothRays(BrokenGlass()).rays(INSIDE)
     turn, away = differences(BrokenGlass(), rays, INSIDE)
     assert turn < NEAR_PX
     assert away < NEAR_MM
 
 
-def test_positions_beyond_the_image_are_asked_of_the_camera():
+def test_positions_outside_image_use_camera():
     camera = EVERY["equidistance"][0]
     far = [[-9.0, 20.0], [W + 8.0, H + 30.0], [20.0, -1e200], [np.nan, 9.0]]
     far = np.array([*far, [9.0, np.inf]])
@@ -93,7 +93,7 @@ def test_positions_beyond_the_image_are_asked_of_the_camera():
     np.testing.assert_array_equal(found.valid, exact.valid)
 
 
-def test_weights_reproduce_polynomials_of_the_nodes():
+def test_weights_reproduce_polynomials_of_nodes():
     x = np.linspace(-1, 1, 41)
     weights = _weights(x)
     for degree in range(len(NODE_POSITIONS)):

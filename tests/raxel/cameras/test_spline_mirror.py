@@ -48,7 +48,7 @@ def like(camera, quantity, shape=(7, 5), degree=(2, 2), angle=0.2):
 @pytest.mark.parametrize("degree", [(2, 2), (3, 4)])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=2, deadline=None)
-def test_points_on_a_ray_project_to_its_pixel(quantity, degree, seed):
+def test_points_on_ray_project_to_its_pixel(quantity, degree, seed):
     camera, pixels = like(BULGE, quantity, degree=degree), pixels_of(seed)
     rays = camera.rays(pixels)
     assert rays.valid.mean() > 0.95
@@ -59,7 +59,7 @@ def test_points_on_a_ray_project_to_its_pixel(quantity, degree, seed):
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_derivatives_of_the_surface_agree_with_differences_and_its_normals(quantity):
+def test_derivatives_of_surface_agree_with_differences_and_its_normals(quantity):
     mirror, step = like(BULGE, quantity, degree=(4, 4)).mirror, 1e-5
     chart = np.random.default_rng(3).uniform(-0.5, 0.5, (40, 2))
     M, first, second = mirror.point(chart)
@@ -76,7 +76,7 @@ def test_derivatives_of_the_surface_agree_with_differences_and_its_normals(quant
     np.testing.assert_allclose(mirror.chart(M), chart, atol=1e-12)
 
 
-def test_a_flat_mirror_is_exact_in_inverse_depth_and_not_in_distance():
+def test_flat_mirror_is_exact_in_inverse_depth():
     flat, pixels = bent([[0.0]]), pixels_of(4)
     true = flat.rays(pixels)
 
@@ -90,7 +90,7 @@ def test_a_flat_mirror_is_exact_in_inverse_depth_and_not_in_distance():
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_it_follows_a_bent_sheet(quantity):
+def test_spline_mirror_fits_bent_sheet(quantity):
     camera, pixels = like(BULGE, quantity, (14, 9), angle=0), pixels_of(5)
     ours, true = camera.rays(pixels), BULGE.rays(pixels)
     both = ours.valid & true.valid
@@ -98,7 +98,7 @@ def test_it_follows_a_bent_sheet(quantity):
     assert np.abs(ours.directions - true.directions)[both].max() < 5e-3
 
 
-def test_outside_the_knots_there_is_no_ray():
+def test_no_ray_outside_knots():
     camera = like(BULGE, "distance")
     pixels = np.array([[320, 240], [5, 5], [635, 240], [np.nan, 3], [1e300, 0]])
     rays = camera.rays(pixels)
@@ -109,7 +109,7 @@ def test_outside_the_knots_there_is_no_ray():
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_it_comes_back_from_disk_and_from_plain_fields(quantity, tmp_path):
+def test_camera_roundtrips_through_file_and_fields(quantity, tmp_path):
     camera = like(BULGE, quantity, (7, 4), (2, 3))
     camera.save(tmp_path / "camera.npz")
     names = ("viewer", "knots_u", "knots_v", "coefficients", "quantity")
@@ -139,13 +139,13 @@ KNOTS = {"knots_u": [0, 0, 0, 1, 1, 1], "knots_v": [0, 0, 0, 1, 1, 1]}
         ({"viewer": OrthographicCamera(2, (0, 0), W, H)}, "field 'viewer'"),
     ],
 )
-def test_impossible_mirrors_are_refused(change, words):
+def test_impossible_mirrors_are_rejected(change, words):
     fields = {"viewer": VIEWER, "coefficients": np.full((3, 3), 0.01)} | KNOTS | change
     with pytest.raises(InputError, match=words):
         camera_from("spline mirror", fields)
 
 
-def test_points_that_leave_coefficients_open_fit_no_mirror():
+def test_undetermined_coefficients_are_rejected():
     grid = spline_grid([[0, 0], [0.1, 0.1]], (7, 3))
     points = np.column_stack([np.random.default_rng(0).uniform(0, 5, (50, 2)),
                               np.full(50, 100)])  # fmt: skip
@@ -155,7 +155,7 @@ def test_points_that_leave_coefficients_open_fit_no_mirror():
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_points_behind_the_viewer_are_none_of_the_mirror(quantity):
+def test_points_behind_viewer_are_invalid(quantity):
     """What lies there has the place in the picture of points ahead."""
     rays = BULGE.rays(pixels_of(2, 500))
     points = rays.origins[rays.valid]

@@ -38,7 +38,7 @@ from tests.camera_zoo import (
 
 
 @pytest.mark.parametrize("name", ZOO)
-def test_points_on_the_ray_of_a_pixel_project_to_it(name):
+def test_points_on_pixel_ray_project_to_it(name):
     camera = ZOO[name]
     rng = np.random.default_rng(0)
     pixels = np.vstack([rng.uniform(-0.5, [639.5, 479.5], (3000, 2)), [CENTRE]])
@@ -46,7 +46,7 @@ def test_points_on_the_ray_of_a_pixel_project_to_it(name):
 
 
 @pytest.mark.parametrize("name", ZOO)
-def test_the_ray_of_a_points_pixel_passes_through_the_point(name):
+def test_ray_of_projected_pixel_meets_point(name):
     camera = ZOO[name]
     points = np.random.default_rng(1).normal(0, 100, (3000, 3))
     pixels, valid = camera.project(points)
@@ -60,7 +60,7 @@ def test_the_ray_of_a_points_pixel_passes_through_the_point(name):
 
 
 @pytest.mark.parametrize("name", ZOO)
-def test_what_is_not_finite_has_no_ray_and_no_pixel(name):
+def test_non_finite_values_have_no_ray_and_no_pixel(name):
     camera = ZOO[name]
     bad = np.array([[np.nan, 1, 1], [1, np.inf, 1], [1, 1, -np.inf], [0, 0, 0]])
     assert not camera.project(bad).valid.any()
@@ -71,7 +71,7 @@ def test_what_is_not_finite_has_no_ray_and_no_pixel(name):
 
 
 @pytest.mark.parametrize("name", ZOO)
-def test_files_bring_back_the_same_camera(name, tmp_path):
+def test_camera_file_roundtrip(name, tmp_path):
     camera = ZOO[name]
     camera.save(tmp_path / "camera.npz")
     again = load_camera(tmp_path / "camera.npz")
@@ -88,7 +88,7 @@ def test_files_bring_back_the_same_camera(name, tmp_path):
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize(("term", "fold"), [(0, 6), (1, 6), (2, 2), (3, 2)])
-def test_one_term_off_the_axis_moves_and_folds_the_plane_by_itself(term, fold, sign):
+def test_single_off_axis_term_folds_plane(term, fold, sign):
     """Of p1, p2, s1, s2: the fold comes first where the term slopes most."""
     size = 0.05 * sign
     terms = np.where(np.arange(4) == term, size, 0.0)
@@ -100,7 +100,7 @@ def test_one_term_off_the_axis_moves_and_folds_the_plane_by_itself(term, fold, s
     np.testing.assert_allclose(warp.value(p[None])[0], p + size * np.array(moved[term]))
 
 
-def test_parameters_of_the_older_kinds():
+def test_parameters_of_older_kinds():
     assert PerspectiveCamera(K, [0.1, 0.2], *SIZE).parameters == 7
     assert FisheyeCamera("equisolid", 100, CENTRE, *SIZE).parameters == 3
     seen = np.arange(12).reshape(3, 4) > 2
@@ -170,7 +170,7 @@ def test_impossible_parameters_are_named_in_one_line(name):
     assert "\n" not in str(caught.value)
 
 
-def test_cameras_are_made_by_name():
+def test_cameras_are_created_by_name():
     fields = {"xi": 0.9, "K": K.tolist(), "width": 640, "height": 480}
     assert camera_from("unified sphere", fields).xi == 0.9
     cases = [

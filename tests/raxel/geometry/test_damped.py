@@ -16,14 +16,14 @@ def rosenbrock(state):
     )
 
 
-def test_it_follows_a_bent_valley_and_never_climbs():
+def test_descent_follows_curved_valley():
     found, costs, converged = descend(rosenbrock, np.add, np.array([-1.2, 1.0]), **STOP)
     np.testing.assert_allclose(found, 1, atol=1e-12)
     assert converged
     assert np.all(np.diff(costs) < 0)
 
 
-def test_a_damped_step_does_not_know_the_units():
+def test_damped_step_is_independent_of_units():
     jacobian = np.random.default_rng(5).normal(size=(9, 3))
     residuals, units = np.arange(9.0), np.array([1.0, 1e-3, 1e3])
     _, plain = gauss_newton(residuals, lambda: jacobian)
@@ -33,12 +33,12 @@ def test_a_damped_step_does_not_know_the_units():
     )
 
 
-def test_a_start_that_is_not_finite_is_refused():
+def test_non_finite_start_is_rejected():
     with raises_code("not-finite"):
         descend(rosenbrock, np.add, np.array([np.nan, 1.0]), **STOP)
 
 
-def test_a_step_too_far_is_no_rest_where_much_stays_that_nothing_can_change():
+def test_large_constant_residual_does_not_stop_descent():
     """An angle falls to zero beside a residual of 100; Gauss's own step climbs."""
     found, *_ = descend(
         lambda x: gauss_newton(

@@ -34,7 +34,7 @@ def same(H, G, tolerance):
 
 
 @pytest.mark.parametrize("n", [4, 5, 200])
-def test_exact_points_give_the_exact_homography(n):
+def test_homography_is_exact_on_exact_points(n):
     source, target = noisy_pairs(np.random.default_rng(n), n)
     # Four random points may lie close to a line: hence the room above rounding.
     for H in (
@@ -47,7 +47,7 @@ def test_exact_points_give_the_exact_homography(n):
 
 
 @given(seeds)
-def test_the_dlt_does_not_depend_on_similarities_of_either_frame(seed):
+def test_dlt_is_invariant_to_similarities(seed):
     rng = np.random.default_rng(seed)
     source, target = noisy_pairs(rng, 30, sigma=1.0)
     frames = []
@@ -62,7 +62,7 @@ def test_the_dlt_does_not_depend_on_similarities_of_either_frame(seed):
     np.testing.assert_allclose(moved, expected, atol=1e-9)
 
 
-def test_a_weight_of_two_counts_as_four_points_and_zero_as_none():
+def test_homography_weights_scale_equations():
     rng = np.random.default_rng(5)
     source, target = noisy_pairs(rng, 20, sigma=1.0)
     weights = rng.integers(0, 3, 20)
@@ -77,13 +77,13 @@ def test_a_weight_of_two_counts_as_four_points_and_zero_as_none():
 
 @pytest.mark.parametrize("field", ["use", "weights"])
 @pytest.mark.parametrize("array", [np.ones(1), np.ones(19), np.ones((20, 1))])
-def test_weights_and_choices_that_are_not_one_a_pair_are_refused(field, array):
+def test_homography_rejects_wrong_number_of_weights(field, array):
     source, target = noisy_pairs(np.random.default_rng(5), 20)
     with pytest.raises(InputError, match=f"'{field}'"):
         fit_homography(source, target, H_TRUE, **{field: array})
 
 
-def test_one_pass_over_a_million_points_equals_the_batch():
+def test_streamed_homography_equals_batch():
     rng = np.random.default_rng(6)
     source, target = noisy_pairs(rng, 1_000_000, sigma=0.5)
     # Image order: the first block is a narrow strip, as when rows come in one by one.
@@ -96,13 +96,13 @@ def test_one_pass_over_a_million_points_equals_the_batch():
         same(fit.H, batch, 1e-9)
 
 
-def test_exact_pairs_lose_no_digits_in_the_normal_equations():
+def test_streamed_homography_keeps_digits():
     source, target = noisy_pairs(np.random.default_rng(14), 5000)
     start = homography_dlt(source[::100], target[::100])
     same(fit_homography(source, target, start).H, H_TRUE, 1e-12)
 
 
-def test_pairs_beyond_the_limit_and_missing_ones_do_not_count():
+def test_streamed_homography_skips_outliers_and_missing():
     source, target = noisy_pairs(np.random.default_rng(15), 500, sigma=0.5)
     target[:50] += 40.0
     source[50:60] = np.nan
@@ -112,7 +112,7 @@ def test_pairs_beyond_the_limit_and_missing_ones_do_not_count():
     same(fit.H, homography_dlt(source[60:480], target[60:480]), 1e-9)
 
 
-def test_the_covariance_is_that_of_repeated_draws():
+def test_homography_covariance_predicts_scatter():
     rng = np.random.default_rng(16)
     source, target = noisy_pairs(rng, 100)
     draws, said = [], 0.0
@@ -126,7 +126,7 @@ def test_the_covariance_is_that_of_repeated_draws():
     assert np.all((ratio > 0.85) & (ratio < 1.15))
 
 
-def test_the_jacobian_equals_differences():
+def test_jacobian_equals_differences():
     points = np.random.default_rng(7).uniform(0, 1000, (5, 2))
     J = transfer_jacobian(H_TRUE, points)
     for k in range(9):
@@ -140,7 +140,7 @@ def test_the_jacobian_equals_differences():
         np.testing.assert_allclose(J[:, :, k], numeric, rtol=1e-5, atol=1e-4)
 
 
-def test_refinement_lowers_the_transfer_error():
+def test_refinement_reduces_transfer_error():
     rng = np.random.default_rng(8)
     source, target = noisy_pairs(rng, 40, sigma=20.0)
     cost = [
@@ -156,7 +156,7 @@ def test_refinement_lowers_the_transfer_error():
 
 
 @pytest.mark.parametrize("share_wrong", [0.0, 0.3, 0.6])
-def test_ransac_finds_the_wrong_pairs(share_wrong):
+def test_homography_ransac_finds_outliers(share_wrong):
     rng = np.random.default_rng(9)
     source, target = noisy_pairs(rng, 300, sigma=0.5)
     wrong = np.arange(300) < share_wrong * 300
@@ -167,7 +167,7 @@ def test_ransac_finds_the_wrong_pairs(share_wrong):
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
-def test_the_threshold_of_ransac_is_a_distance_in_the_target_frame(unit):
+def test_ransac_threshold_is_in_target_frame(unit):
     """Few right pairs among wrong ones that lie a little beyond the threshold."""
     for seed in range(4):
         rng = np.random.default_rng(seed)
@@ -182,7 +182,7 @@ def test_the_threshold_of_ransac_is_a_distance_in_the_target_frame(unit):
         assert inliers[wrong].sum() <= 2
 
 
-def test_ransac_depends_on_its_generator_alone():
+def test_ransac_is_reproducible():
     source, target = noisy_pairs(np.random.default_rng(10), 60, sigma=5.0)
     runs = [
         homography_ransac(source, target, 4.0, np.random.default_rng(3))
@@ -198,14 +198,14 @@ def test_ransac_with_exactly_four_points():
     same(H, H_TRUE, 1e-8)
 
 
-def test_the_line_at_infinity_has_no_image():
+def test_line_at_infinity_has_no_image():
     H = np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 0]])
     assert np.isnan(apply_homography(H, [[0.0, 1]])).all()
     np.testing.assert_array_equal(apply_homography(H, [[2.0, 4]]), [[1, 2]])
 
 
 @pytest.mark.parametrize("sigma", [0.02, 3.0])
-def test_pairs_are_cut_at_a_number_of_deviations_of_their_noise(sigma):
+def test_robust_start_cuts_at_sigmas(sigma):
     """A standard deviation per axis, told by the pairs' distances."""
     rng = np.random.default_rng(7)
     source, target = noisy_pairs(rng, 8000, sigma)
@@ -234,7 +234,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_points_that_do_not_determine_it_are_refused(case):
+def test_homography_rejects_degenerate_points(case):
     source, target, text = REFUSED[case]
 
     with pytest.raises(InputError, match=text):
@@ -252,7 +252,7 @@ def test_weights_must_be_usable():
         homography_dlt(square, square, [1, 1, 0, 1])
 
 
-def test_the_covariance_of_few_pairs_is_as_large_although_eight_numbers_follow_them():
+def test_homography_covariance_of_few_pairs_is_unbiased():
     """Seven pairs: eight of fourteen numbers are the homography's."""
     rng, source = (
         np.random.default_rng(9),
@@ -270,7 +270,7 @@ def test_the_covariance_of_few_pairs_is_as_large_although_eight_numbers_follow_t
 
 
 @given(seeds)
-def test_samples_are_of_four_different_pairs(seed):
+def test_random_samples_have_distinct_pairs(seed):
     picks = random_samples(np.random.default_rng(seed), 6, 50)
     assert np.all(np.diff(np.sort(picks, axis=1), axis=1) > 0)
     assert picks.min() >= 0

@@ -25,7 +25,7 @@ def rays():
     return 50 * rng.standard_normal((40, 3)), unit(rng.standard_normal((40, 3)))
 
 
-def test_the_order_is_that_of_the_thesis(rays):
+def test_pluecker_order_matches_thesis(rays):
     o, d = rays
     L = pluecker_of_rays(o, d)
     by_matrix = pluecker_vector(pluecker_matrix_of_rays(o, d)) / 2
@@ -37,7 +37,7 @@ def test_the_order_is_that_of_the_thesis(rays):
     np.testing.assert_allclose(slid, L, atol=1e-12)
 
 
-def test_a_stack_of_motions_is_one_after_another():
+def test_stacked_motions_equal_single_ones():
     turns = np.random.default_rng(1).standard_normal((2, 3, 3))
     stack = pose(rotation_from_vector(turns), 9 * turns[..., ::-1])
     found = generalised_essential(stack)
@@ -47,7 +47,7 @@ def test_a_stack_of_motions_is_one_after_another():
         np.testing.assert_allclose(found[place], one, atol=1e-13)
 
 
-def test_lines_that_meet_satisfy_5_30_and_the_mixed_signs_do_not(rays):
+def test_meeting_lines_satisfy_5_30(rays):
     o, d = rays
     X = o + 300 * d
     p = np.roll(o, 1, axis=0)
@@ -64,7 +64,7 @@ def test_lines_that_meet_satisfy_5_30_and_the_mixed_signs_do_not(rays):
     np.testing.assert_array_equal(usual[:3, :3], E)
 
 
-def test_the_product_is_the_distance_times_the_sine():
+def test_side_product_is_distance_times_sine():
     L_1 = pluecker_of_rays([[0.0, 0, 0]], [[1.0, 0, 0]])
     L_2 = pluecker_of_rays([[4.0, 0, 3]], [[0, np.sin(0.2), np.cos(0.2)]])
     L_3 = pluecker_of_rays([[4.0, 9, 3]], [[np.cos(0.2), np.sin(0.2), 0]])

@@ -26,7 +26,7 @@ def finite_points(rng, n):
 
 
 @given(seeds)
-def test_the_matrix_is_skew_and_forgets_which_points_were_taken(seed):
+def test_pluecker_matrix_is_skew_and_independent_of_points(seed):
     rng = np.random.default_rng(seed)
     A, B = finite_points(rng, 20), finite_points(rng, 20)
     M = pluecker_matrix(A, B)
@@ -36,7 +36,7 @@ def test_the_matrix_is_skew_and_forgets_which_points_were_taken(seed):
     np.testing.assert_allclose(other, (a * d - b * c)[..., None] * M, atol=1e-9)
 
 
-def test_the_order_of_2_12_is_direction_then_negated_moment():
+def test_order_2_12_is_direction_then_negated_moment():
     rng = np.random.default_rng(1)
     A, B = finite_points(rng, 20), finite_points(rng, 20)
     L = pluecker_vector(pluecker_matrix(A, B))
@@ -45,14 +45,14 @@ def test_the_order_of_2_12_is_direction_then_negated_moment():
     np.testing.assert_allclose(L[:, 3:], -2 * moment, rtol=1e-9, atol=1e-9)
 
 
-def test_a_line_through_the_origin_has_no_moment():
+def test_line_through_origin_has_no_moment():
     d = np.random.default_rng(2).normal(size=(10, 3))
     L = pluecker_vector(pluecker_matrix_of_rays(3.5 * d, d))
     np.testing.assert_allclose(L[:, 3:], 0, atol=1e-13)
 
 
 @given(seeds)
-def test_the_vector_of_a_ray_is_its_direction_and_negated_moment(seed):
+def test_ray_vector_is_direction_and_negated_moment(seed):
     rng = np.random.default_rng(seed)
     origins, d = rng.normal(0, 50, (8, 3)), rng.normal(size=(8, 3))
     d /= np.linalg.norm(d, axis=1, keepdims=True)
@@ -61,7 +61,7 @@ def test_the_vector_of_a_ray_is_its_direction_and_negated_moment(seed):
     np.testing.assert_allclose(pluecker_vector(M), 2 * vectors, atol=1e-11)
 
 
-def test_stacked_product_4_15_equals_the_direct_intersection():
+def test_stacked_product_4_15_equals_direct_intersection():
     rng = np.random.default_rng(3)
     T = pose(rotation_from_vector([0.3, -0.4, 1.2]), [20.0, -30, 500])
     origins, d = rng.normal(0, 40, (500, 3)), rng.normal(size=(500, 3))
@@ -82,7 +82,7 @@ def test_stacked_product_4_15_equals_the_direct_intersection():
     )
 
 
-def test_rays_behind_or_parallel_are_refused_by_sign_not_size():
+def test_rays_behind_or_parallel_are_invalid():
     T = pose(np.eye(3), [0, 0, 10.0])
     d = np.array([[0, 0, 1.0], [0, 0, -1], [1, 0, 0], [1, 0, 1e-9]])
     points, distance, valid = intersect_rays_plane(np.zeros(3), d, T)
@@ -94,7 +94,7 @@ def test_rays_behind_or_parallel_are_refused_by_sign_not_size():
     assert distance[3] == pytest.approx(1e10)
 
 
-def test_a_stack_of_planes_equals_one_plane_at_a_time():
+def test_stacked_planes_equal_single_ones():
     rng = np.random.default_rng(4)
     T = pose(rotation_from_vector(rng.normal(size=(3, 3))), rng.normal(size=(3, 3)))
     d = rng.normal(size=(7, 3))
@@ -105,7 +105,7 @@ def test_a_stack_of_planes_equals_one_plane_at_a_time():
         np.testing.assert_array_equal(stack.valid[k], one.valid)
 
 
-def test_a_point_of_a_plane_has_z_0_whatever_the_shape_and_type():
+def test_on_plane_appends_zero_z():
     points = np.arange(12).reshape(2, 3, 2)
     lifted = on_plane(points)
     assert lifted.shape == (2, 3, 3)

@@ -8,13 +8,13 @@ from raxel.geometry import pose, pose_from_homography, rotation_from_vector
 
 
 @pytest.mark.parametrize("scale", [1.0, -1.0, 3.7e-3, -250.0])
-def test_a_pose_comes_back_whatever_the_scale(scale):
+def test_pose_from_homography_ignores_scale(scale):
     T = pose(rotation_from_vector(np.array([0.3, -0.5, 1.1])), [20.0, -30.0, 400.0])
     H = scale * np.column_stack([T[:3, 0], T[:3, 1], T[:3, 3]])
     assert np.allclose(pose_from_homography(H), T, atol=1e-9)
 
 
-def test_a_homography_that_is_nearly_one_gives_a_rotation():
+def test_noisy_homography_gives_rotation():
     rng = np.random.default_rng(0)
     T = pose_from_homography(rng.standard_normal((3, 3)))
     assert np.allclose(T[:3, :3].T @ T[:3, :3], np.eye(3), atol=1e-12)
@@ -22,7 +22,7 @@ def test_a_homography_that_is_nearly_one_gives_a_rotation():
     assert T[2, 3] > 0
 
 
-def test_columns_without_a_plane_are_refused():
+def test_degenerate_columns_are_rejected():
     for H in (np.zeros((3, 3)), np.full((3, 3), np.nan)):
         with pytest.raises(InputError, match="columns are zero"):
             pose_from_homography(H)
@@ -30,7 +30,7 @@ def test_columns_without_a_plane_are_refused():
         pose_from_homography(np.ones((3, 3)))
 
 
-def test_both_axes_of_the_plane_count_alike():
+def test_pose_from_homography_weighs_axes_equally():
     T = pose(rotation_from_vector(np.array([0.3, -0.5, 1.1])), [20.0, -30.0, 400.0])
     H = np.column_stack([T[:3, 0], 1.1 * T[:3, 1], T[:3, 3]])
     found, swapped = (

@@ -40,7 +40,7 @@ def test_poses_chain_and_invert(seed):
     np.testing.assert_allclose(back, points, atol=1e-11)
 
 
-def test_directions_turn_and_do_not_shift():
+def test_rotate_ignores_translation():
     rng = np.random.default_rng(0)
     T = random_pose(rng)
     a, b = rng.normal(size=(2, 5, 3))
@@ -49,7 +49,7 @@ def test_directions_turn_and_do_not_shift():
     )
 
 
-def test_a_stack_of_poses_maps_one_or_many_point_sets():
+def test_stack_of_poses_maps_one_or_many_point_sets():
     rng = np.random.default_rng(1)
     T, points = random_pose(rng, 4), rng.normal(size=(4, 6, 3))
     for k in range(4):
@@ -60,7 +60,7 @@ def test_a_stack_of_poses_maps_one_or_many_point_sets():
 
 
 @pytest.mark.parametrize("angle", [0, 1e-200, 1e-9, 1e-4, 1.0, 3.1, np.pi - 1e-9])
-def test_rotation_vectors_go_round_at_every_size(angle):
+def test_rotation_vector_roundtrip(angle):
     axis = np.array([2.0, -3, 6]) / 7
     R = rotation_from_vector(angle * axis)
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-15)
@@ -70,12 +70,12 @@ def test_rotation_vectors_go_round_at_every_size(angle):
     assert angle_between_rotations(np.eye(3), R) == pytest.approx(angle, abs=1e-15)
 
 
-def test_rotation_turns_by_the_right_hand():
+def test_rotation_is_right_handed():
     R = rotation_from_vector([0, 0, np.pi / 2])
     np.testing.assert_allclose(R @ [1, 0, 0], [0, 1, 0], atol=1e-15)
 
 
-def test_cross_matrix_is_the_cross_product():
+def test_cross_matrix_is_cross_product():
     a, b = np.random.default_rng(2).normal(size=(2, 5, 3))
     np.testing.assert_allclose(
         np.einsum("nij,nj->ni", cross_matrix(a), b), np.cross(a, b), atol=1e-15
@@ -83,7 +83,7 @@ def test_cross_matrix_is_the_cross_product():
 
 
 @given(seeds)
-def test_the_nearest_rotation_is_nearer_than_its_neighbours(seed):
+def test_nearest_rotation_is_a_minimum(seed):
     rng = np.random.default_rng(seed)
     M = rng.normal(size=(3, 3))
     for columns in (2, 3):
@@ -97,7 +97,7 @@ def test_the_nearest_rotation_is_nearer_than_its_neighbours(seed):
             assert gap <= np.linalg.norm(other - A) + 1e-12
 
 
-def test_two_scaled_columns_give_back_their_rotation():
+def test_nearest_rotation_ignores_column_scale():
     R = rotation_from_vector(np.random.default_rng(3).normal(size=(5, 3)))
     np.testing.assert_allclose(nearest_rotation(7 * R[..., :2]), R, atol=1e-14)
     with pytest.raises(InputError, match="rank below 2"):
@@ -105,7 +105,7 @@ def test_two_scaled_columns_give_back_their_rotation():
 
 
 @given(seeds)
-def test_fit_recovers_a_pose_exactly_also_from_a_plane(seed):
+def test_fit_pose_is_exact_on_planar_points(seed):
     rng = np.random.default_rng(seed)
     T = random_pose(rng)
     source = rng.normal(0, 50, (6, 3)) * [1, 1, rng.integers(0, 2)]
@@ -116,7 +116,7 @@ def test_fit_recovers_a_pose_exactly_also_from_a_plane(seed):
     np.testing.assert_allclose(fit_pose(source, target, weights), T, atol=1e-9)
 
 
-def test_fit_refuses_what_leaves_the_pose_open():
+def test_fit_pose_rejects_degenerate_points():
     line = np.outer(np.arange(5.0), [1, 2, 3])
     with pytest.raises(InputError, match="rank below 2"):
         fit_pose(line, line)

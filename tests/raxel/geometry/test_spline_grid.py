@@ -18,7 +18,7 @@ def points_in(grid, count, seed=0, margin=0.0):
 
 
 @pytest.mark.parametrize(("count", "degree"), [(7, 2), (3, 2), (2, 1), (9, 3), (8, 5)])
-def test_the_basis_and_its_derivatives_are_those_of_scipy(count, degree):
+def test_basis_equals_scipy(count, degree):
     knots = open_knots(-0.2, 0.5, count, degree)
     x = np.append(np.linspace(-0.2, 0.5, 50), [-0.2, 0.5])
     found = basis(knots, degree, x, min(degree, 2))
@@ -41,7 +41,7 @@ def test_coefficients_are_stacked_by_columns():
     np.testing.assert_allclose(grid.rows(points)[0] @ C.ravel("F"), expected)
 
 
-def test_derivatives_by_the_points_agree_with_differences():
+def test_spline_grid_derivatives_equal_differences():
     grid = spline_grid([[0, 0], [0.3, 0.2]], (6, 5), (2, 3), ANGLE)
     points, step = points_in(grid, 40, margin=0.01), 1e-5
     _, *first = grid.rows(points)
@@ -57,7 +57,7 @@ def test_derivatives_by_the_points_agree_with_differences():
             np.testing.assert_allclose(second[k][i][same], slopes[i + 1], atol=1e-4)
 
 
-def test_outside_the_box_nothing_is_said():
+def test_spline_grid_is_nan_outside_box():
     grid = spline_grid([[0, 0], [1, 1]], (4, 3))
     rows = grid.rows(np.array([[0.5, 0.5], [1.0, 1.0], [1.01, 0.5], [np.nan, 0]]))
     for part in rows:
@@ -67,7 +67,7 @@ def test_outside_the_box_nothing_is_said():
     np.testing.assert_array_equal(grid.inside(grid.corners), True)
 
 
-def test_a_turned_grid_spans_all_points_and_is_the_same_from_its_knots():
+def test_rotated_grid_spans_all_points():
     points = np.random.default_rng(2).uniform(-1, 1, (100, 2))
     grid = spline_grid(points, (7, 3), angle=ANGLE)
     assert grid.inside(points).all()
@@ -89,6 +89,6 @@ def test_a_turned_grid_spans_all_points_and_is_the_same_from_its_knots():
          "'angle'"),
     ],
 )  # fmt: skip
-def test_impossible_splines_are_refused(make, words):
+def test_impossible_splines_are_rejected(make, words):
     with pytest.raises(InputError, match=words):
         make()

@@ -114,7 +114,7 @@ def at_view(index):
         ),
     ],
 )
-def test_rays_and_motions(words, call):
+def test_bad_rays_and_motions_are_rejected(words, call):
     refused_in_a_line(words, call)
 
 
@@ -132,7 +132,7 @@ def test_rays_and_motions(words, call):
         ("where the first is", lambda: bundle_rays(VIEWS, [T, T], held=1)),
     ],
 )
-def test_views_of_points(words, call):
+def test_bad_point_views_are_rejected(words, call):
     refused_in_a_line(words, call)
 
 
@@ -157,7 +157,7 @@ def test_views_of_points(words, call):
         ("give both", lambda: view_of_plane(CAMERA, PLANE, 1.0, np.zeros(2))),
     ],
 )  # fmt: skip
-def test_planes_and_views(words, call):
+def test_bad_planes_and_views_are_rejected(words, call):
     refused_in_a_line(words, call)
 
 
@@ -173,7 +173,7 @@ def test_planes_and_views(words, call):
         ("as good as at infinity", lambda: fit_plane(1e180 * POINTS)),
     ],
 )  # fmt: skip
-def test_shapes(words, call):
+def test_bad_shape_points_are_rejected(words, call):
     refused_in_a_line(words, call)
 
 
@@ -183,7 +183,7 @@ def refused_in_a_line(words, call):
     assert str(refusal.value).isprintable()
 
 
-def test_eight_pairs_through_one_point_are_enough():
+def test_eight_central_pairs_suffice():
     points = POINTS[:8]
     central = []
     for motion in STAND:
@@ -195,14 +195,14 @@ def test_eight_pairs_through_one_point_are_enough():
     assert np.abs(found.T_2_1 - T).max() < 1e-6
 
 
-def test_few_right_pairs_that_no_chance_makes_are_taken():
+def test_significant_few_inliers_are_accepted():
     found = robust(A, mismatched(25, 0))
     assert found.inliers[:25].sum() > 22
     assert found.inliers[25:].sum() < 4
     assert robust(only(A, slice(8)), only(B, slice(8))).inliers.all()
 
 
-def test_starts_at_infinity_are_starts():
+def test_start_at_infinity_is_accepted():
     starts = np.where(np.arange(COUNT)[:, None] < 5, np.inf, POINTS)
     found = bundle_rays(VIEWS, STAND, points=starts)
     same = bundle_rays(VIEWS, STAND, points=POINTS)

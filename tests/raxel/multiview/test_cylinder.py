@@ -41,7 +41,7 @@ def in_camera(view, azimuth, height, distance=2000.0):
     return own @ view.R_camera_view.T + view.centre
 
 
-def test_the_view_stands_in_the_mirrors_inner_focus(camera, view):
+def test_panorama_centre_is_inner_focus(camera, view):
     assert view.radius == pytest.approx(WIDTH / (2 * np.pi))
     np.testing.assert_allclose(view.centre, camera.centre, atol=1e-8)
     np.testing.assert_allclose(view.R_camera_view @ [0, 1, 0], DOWN, atol=1e-12)
@@ -49,7 +49,7 @@ def test_the_view_stands_in_the_mirrors_inner_focus(camera, view):
     assert np.linalg.det(view.R_camera_view) == pytest.approx(1.0)
 
 
-def test_an_upright_line_becomes_a_column(view):
+def test_panorama_vertical_line_is_column(view):
     heights = np.linspace(-1500, 1500, 31)
     for azimuth in (-3.0, -1.0, 0.0, 2.2):
         points = in_camera(view, np.full(31, azimuth), heights)
@@ -59,7 +59,7 @@ def test_an_upright_line_becomes_a_column(view):
         np.testing.assert_allclose(v, wanted, atol=1e-9)
 
 
-def test_the_horizon_is_a_row_and_right_is_right(view):
+def test_panorama_horizon_is_horizontal(view):
     azimuths = np.linspace(-3.1, 3.1, 25)
     for distance in (300.0, 9000.0):
         u, v = view.project(in_camera(view, azimuths, 0.0, distance)).T
@@ -71,7 +71,7 @@ def test_the_horizon_is_a_row_and_right_is_right(view):
     )
 
 
-def test_directions_undo_the_projection(view):
+def test_panorama_directions_invert_projection(view):
     rng = np.random.default_rng(0)
     size = [view.width, view.height]
     pixels = rng.uniform(-0.49, 0.49, (200, 2)) + rng.integers(0, size, (200, 2))
@@ -81,7 +81,7 @@ def test_directions_undo_the_projection(view):
     np.testing.assert_allclose(back, pixels, atol=1e-9)
 
 
-def test_a_point_in_the_mirror_lands_where_the_cylinder_shows_it(camera, view):
+def test_panorama_projects_mirror_point(camera, view):
     rng = np.random.default_rng(1)
     azimuth = rng.uniform(-np.pi, np.pi, 100)
     points = in_camera(view, azimuth, rng.uniform(-1800, 1800, 100))
@@ -100,7 +100,7 @@ def test_a_point_in_the_mirror_lands_where_the_cylinder_shows_it(camera, view):
     )
 
 
-def test_sources_follow_the_closed_form_of_the_mirror(camera, view):
+def test_panorama_sources_match_closed_form(camera, view):
     e = np.hypot(A, B) / A
     sources = source_pixels(camera, view)[:, 17].astype(float)
     radius = np.linalg.norm(sources - [159.5, 119.5], axis=1)
@@ -110,7 +110,7 @@ def test_sources_follow_the_closed_form_of_the_mirror(camera, view):
     np.testing.assert_allclose(radius[inner], (FOCAL * np.tan(angle))[inner], atol=1e-4)
 
 
-def test_all_rays_near_the_horizon_are_in_the_picture(camera, view):
+def test_panorama_contains_horizon_rays(camera, view):
     v, u = np.mgrid[:240, :320]
     rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
     landed = view.project(rays.origins[rays.valid] + rays.directions[rays.valid])
@@ -121,7 +121,7 @@ def test_all_rays_near_the_horizon_are_in_the_picture(camera, view):
     )
 
 
-def test_where_there_is_no_ray_the_picture_is_black(camera, view):
+def test_panorama_is_black_without_rays(camera, view):
     taller = view._replace(
         height=view.height + 80, horizon=view.horizon + 40, centre=camera.centre
     )
@@ -134,7 +134,7 @@ def test_where_there_is_no_ray_the_picture_is_black(camera, view):
     assert np.all(picture[60:-60] == 200)
 
 
-def test_an_upward_fisheye_has_the_horizon_at_its_rim():
+def test_upward_fisheye_has_horizon_at_edge():
     lens = FisheyeCamera("equidistance", 60.0, (99.5, 99.5), 200, 200, np.radians(92))
     view = cylindrical_view(lens, (0, 0, -2), (0, -3, 1), 360)
     below = view.height - 1 - view.horizon
@@ -146,7 +146,7 @@ def test_an_upward_fisheye_has_the_horizon_at_its_rim():
     np.testing.assert_allclose(outward, 60 * np.pi / 2, atol=1e-3)
 
 
-def test_cameras_and_directions_that_make_no_panorama_are_refused(camera):
+def test_panorama_rejects_invalid_input(camera):
     off = mirror_camera()
     off = QuadricMirrorCamera.misaligned(
         off.viewer, "hyperboloid", [A, B], 37.5, [1.0, 0, 0]
@@ -160,7 +160,7 @@ def test_cameras_and_directions_that_make_no_panorama_are_refused(camera):
         cylindrical_view(narrow, DOWN, AHEAD, WIDTH)
 
 
-def test_a_parallel_viewer_with_a_paraboloid_has_a_panorama():
+def test_paraboloid_camera_has_panorama():
     viewer = OrthographicCamera(6.0, (159.5, 119.5), 320, 240)
     camera = QuadricMirrorCamera.aligned(viewer, "paraboloid", [7.0], 19.0)
     view = cylindrical_view(camera, DOWN, AHEAD, WIDTH)
@@ -170,7 +170,7 @@ def test_a_parallel_viewer_with_a_paraboloid_has_a_panorama():
 
 
 @pytest.mark.parametrize("width", [400, 401])
-def test_the_picture_is_the_same_to_both_sides_of_what_lies_ahead(camera, width):
+def test_panorama_is_symmetric_about_ahead(camera, width):
     view = cylindrical_view(camera, DOWN, AHEAD, width)
     pixels = np.column_stack([np.arange(width), np.full(width, view.horizon)])
     across = view.directions(pixels) @ view.R_camera_view

@@ -48,7 +48,7 @@ def errors(T):
     return turn, np.arccos(np.clip(T[:3, 3] @ T_TRUE[:3, 3], -1, 1))
 
 
-def test_exact_rays_all_around_give_the_motion():
+def test_relative_pose_is_exact_all_around():
     X, (d_1, d_2), _ = all_around(0)
     assert np.degrees(np.arccos((d_1 @ d_1.T).min())) > 170
     found = relative_pose(d_1, d_2)
@@ -63,7 +63,7 @@ def test_exact_rays_all_around_give_the_motion():
     )
 
 
-def test_ahead_means_along_the_ray_not_in_front_of_an_image():
+def test_points_in_front_are_along_the_ray():
     # Everything lies behind the plane through the centre that a pinhole looks from.
     _, d_1, d_2, _ = ahead(1)
     flip = np.diag([1.0, -1.0, -1.0])
@@ -72,7 +72,7 @@ def test_ahead_means_along_the_ray_not_in_front_of_an_image():
     assert np.abs(flip @ found[:3, 3] - T_TRUE[:3, 3]).max() < 1e-10
 
 
-def test_the_system_is_normalised():
+def test_essential_system_is_normalised():
     """A target in a small part of the field, seen along an axis of any direction."""
     rng = np.random.default_rng(4)
     X = np.array([0.0, 0.0, 9.0]) + rng.uniform(-1, 1, (80, 3))
@@ -87,7 +87,7 @@ def test_the_system_is_normalised():
     assert np.median(ours) < 0.7 * np.median(plain)
 
 
-def test_the_angle_is_what_both_rays_have_to_turn():
+def test_epipolar_angle_is_rotation_of_both_rays():
     # One pair, its rays turned by known angles out of the epipolar plane.
     d_1, d_2 = np.array([[0.0, 0.0, 1.0]]), unit(np.array([[0.3, 0.0, 1.0]]))
     T = pose(np.eye(3), [1.0, 0.0, 0.0])
@@ -98,7 +98,7 @@ def test_the_angle_is_what_both_rays_have_to_turn():
     assert epipolar_angles(T, d_1, d_2)[0] == 0
 
 
-def test_planes_rotations_and_few_pairs_are_refused():
+def test_relative_pose_rejects_degenerate_pairs():
     rng = np.random.default_rng(8)
     flat = rng.uniform([-2, -2, 5], [2, 2, 5], (50, 3))
     turn = pose(T_TRUE[:3, :3], np.zeros(3))
@@ -115,7 +115,7 @@ def test_planes_rotations_and_few_pairs_are_refused():
             relative_pose(d_1, d_2)
 
 
-def test_whitened_directions_have_a_unit_second_moment():
+def test_whitened_directions_have_unit_second_moment():
     _, d, _, _ = ahead(3)
     white = d @ _whitening(d).T
     np.testing.assert_allclose(white.T @ white / len(d), np.eye(3), atol=1e-10)

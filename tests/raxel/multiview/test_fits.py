@@ -46,7 +46,7 @@ def mantle(rng, degrees, count=40, radius=62.98):
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), along])
 
 
-def test_exact_points_give_the_shape_back(rng):
+def test_shape_fit_is_exact(rng):
     plane = fit_plane(transform(MOVED, flat_points(rng)))
     assert abs(plane.normal @ MOVED[:3, 2]) == pytest.approx(1, abs=1e-12)
     assert plane.normal @ MOVED[:3, 3] > 0
@@ -59,7 +59,7 @@ def test_exact_points_give_the_shape_back(rng):
 
 
 @pytest.mark.parametrize("degrees", [60, 150, 360])
-def test_a_cylinder_is_found_from_an_arc_without_a_start(rng, degrees):
+def test_cylinder_is_found_from_arc(rng, degrees):
     fit = fit_cylinder(transform(MOVED, mantle(rng, degrees)))
     assert fit.radius == pytest.approx(62.98, abs=1e-8)
     assert abs(fit.axis @ MOVED[:3, 2]) == pytest.approx(1, abs=1e-12)
@@ -67,7 +67,7 @@ def test_a_cylinder_is_found_from_an_arc_without_a_start(rng, degrees):
     np.testing.assert_allclose(off[:2], 0, atol=1e-8)
 
 
-def test_a_rigid_motion_moves_the_shape_and_leaves_what_is_left(rng):
+def test_shape_fit_is_invariant_to_rigid_motion(rng):
     points = mantle(rng, 120) + 0.3 * rng.normal(size=(40, 3))
     still, moved = fit_cylinder(points), fit_cylinder(transform(MOVED, points))
     np.testing.assert_allclose(moved.residuals, still.residuals, atol=1e-7)
@@ -92,7 +92,7 @@ def test_hyperbolas_and_parabolas_are_fitted_too():
         assert np.abs(fit_conic(100 * points).residuals).max() < 1e-10
 
 
-def test_the_feet_of_points_are_the_nearest_of_the_conic(rng):
+def test_conic_feet_are_nearest_points(rng):
     fit = fit_conic(ellipse_points())
     points = ellipse_points(40) + rng.normal(0, 10, (40, 2))
     distances, feet = conic_distances(fit.coefficients, points)
@@ -153,7 +153,7 @@ def cylinder_error(points):
 
 
 @pytest.mark.parametrize("shape", ["plane", "circle", "cylinder"])
-def test_errors_are_as_large_as_the_covariance_says(rng, shape):
+def test_covariance_predicts_errors(rng, shape):
     made = {
         "plane": (plane_error, transform(MOVED, flat_points(rng)), 3, 200),
         "circle": (circle_error, arc(150, 40), 3, 200),
@@ -164,7 +164,7 @@ def test_errors_are_as_large_as_the_covariance_says(rng, shape):
     assert found == pytest.approx(1, abs=4 * np.sqrt(2 / unknowns / draws))
 
 
-def test_coefficients_of_a_conic_err_as_their_covariance_says():
+def test_conic_covariance_predicts_errors():
     """Each point is moved, and the conic fitted anew: errors that are independent add
     up, and of six numbers of length 1 none is along themselves."""
     points = (ellipse_points(12) - [1900, 1100]) / 100 + [1, -2]
@@ -186,7 +186,7 @@ def test_coefficients_of_a_conic_err_as_their_covariance_says():
     assert np.abs(along).max() < 1e-9 * np.abs(wanted).max()
 
 
-def test_a_plane_turns_as_the_covariance_says_where_errors_differ(rng):
+def test_plane_covariance_predicts_rotation(rng):
     # The far points along x are rough: what is known well is the turn about x alone.
     points = rng.uniform([-10, -8], [10, 8], (60, 2))
     sd = np.where(np.abs(points[:, 0]) > 4, 1.0, 0.02)
@@ -204,7 +204,7 @@ def noise_along_z(rng, sd):
 
 
 @pytest.mark.parametrize("shape", ["circle", "conic"])
-def test_the_scatter_gives_the_standard_deviation(rng, shape):
+def test_shape_sigma_follows_from_scatter(rng, shape):
     fitted = {"circle": fit_circle, "conic": fit_conic}[shape]
     points = arc(360, 400) + 0.5 * rng.normal(size=(400, 2))
     measured, given = fitted(points), fitted(points, 0.5)
@@ -240,20 +240,20 @@ def test_the_scatter_gives_the_standard_deviation(rng, shape):
         ),
     ],
 )
-def test_points_that_are_no_such_shape_are_refused_in_a_line(made, said):
+def test_degenerate_shape_points_are_rejected(made, said):
     with pytest.raises(InputError, match=said) as refused:
         made()
     assert "\n" not in str(refused.value)
 
 
-def test_a_cylinder_that_may_as_well_be_a_plane_is_refused(rng):
+def test_nearly_planar_cylinder_is_rejected(rng):
     points = mantle(rng, 10) + 0.5 * rng.normal(size=(40, 3))
     with pytest.raises(InputError, match="may as well lie on a plane"):
         fit_cylinder(points)
 
 
 @pytest.mark.parametrize(("apart", "sure"), [(4.0, True), (2.5, False)])
-def test_a_radius_of_three_standard_deviations_is_one(rng, apart, sure):
+def test_cylinder_radius_needs_three_sigmas(rng, apart, sure):
     points = mantle(rng, 120)
     deviation = np.sqrt(fit_cylinder(points, 1.0).covariance[4, 4])
     sigma = 62.98 / (apart * deviation)

@@ -64,7 +64,7 @@ def length_of(A, B, T):
     return np.linalg.norm(matched_rays(A, B).about_centre(T)[1])
 
 
-def test_exact_rays_of_a_bent_mirror_give_the_motion_and_its_length():
+def test_bent_mirror_motion_and_length_are_exact():
     A, B, rng = mirror_rays(0, noise=False)
     for start in (generalised_pose(A, B), generalised_pose_ransac(A, B, rng, 1e-3)):
         assert np.abs(start.T_2_1 - T_MIRROR).max() < 1e-6
@@ -86,14 +86,14 @@ def test_exact_rays_of_a_bent_mirror_give_the_motion_and_its_length():
     ],
     ids=["locally central", "crossing", "two cameras", "both"],
 )
-def test_exact_rays_of_a_rig_give_the_motion_linearly(scene):
+def test_rig_motion_is_exact_linearly(scene):
     _, A, B = by_rig(np.random.default_rng(1), 80, T_RIG, sd=0.0, **scene)
     found = generalised_pose(A, B)
     assert np.abs(found.T_2_1 - T_RIG).max() < 1e-6
     assert found.margin > 1e6
 
 
-def test_left_free_the_entries_of_r_are_ambiguous_in_a_rig():
+def test_free_rotation_entries_are_ambiguous_in_rig():
     """What the single system of eighteen columns would trip over."""
     _, A, B = by_rig(np.random.default_rng(1), 80, T_RIG, sd=0.0, crossing=False)
     A_E, A_R = generalised_equations(matched_rays(A, B))
@@ -103,7 +103,7 @@ def test_left_free_the_entries_of_r_are_ambiguous_in_a_rig():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_three_in_ten_wrong_pairs_are_left_out(seed):
+def test_motion_ransac_rejects_30_percent_outliers(seed):
     A, B, rng = mirror_rays(seed, 150)
     B, wrong = wrong_pairs(rng, B, 0.3)
     found = generalised_pose_ransac(A, B, rng, 3.5)
@@ -118,7 +118,7 @@ def test_three_in_ten_wrong_pairs_are_left_out(seed):
 
 
 @pytest.mark.parametrize("scene", [{}, {"flat": True}, {"depth": (5000, 20000)}])
-def test_wrong_pairs_of_a_rig_flat_scenes_and_far_ones(scene):
+def test_rig_ransac_handles_flat_and_distant_scenes(scene):
     for seed in range(3):
         rng = np.random.default_rng(seed)
         _, A, B = by_rig(rng, 150, T_RIG, **scene)
@@ -129,7 +129,7 @@ def test_wrong_pairs_of_a_rig_flat_scenes_and_far_ones(scene):
         assert found.rms <= 1.001 * best.rms
 
 
-def test_with_the_length_known_a_short_step_is_found_by_few_points():
+def test_known_length_finds_short_motion():
     """25 mm and 25 points at 0.2 px of a picture four times as large (5.3.5)."""
     T = pose(np.eye(3), 25 * ACROSS)
     turns, sides, told = [], [], []
@@ -149,7 +149,7 @@ def test_with_the_length_known_a_short_step_is_found_by_few_points():
 
 
 @pytest.mark.parametrize("sd", [0.32, 0.34])
-def test_a_length_is_told_to_a_third_of_itself(sd):
+def test_length_is_determined_to_a_third(sd):
     """Three standard deviations are then as long as the motion."""
     told = np.diag([1e4] * 5 + [sd**-2])
     found = MotionInformation(told, 10.0, np.zeros(3), 1.0)
@@ -157,7 +157,7 @@ def test_a_length_is_told_to_a_third_of_itself(sd):
     assert found.scale_determined == (3 * sd < 1)
 
 
-def test_rays_turn_about_the_points_of_theirs_next_to_a_place():
+def test_angular_rays_rotate_about_closest_points():
     rng = np.random.default_rng(14)
     about = np.array([5.0, -30.0, 12.0])
     directions = unit(rng.normal(size=(20, 3)))
@@ -169,7 +169,7 @@ def test_rays_turn_about_the_points_of_theirs_next_to_a_place():
     np.testing.assert_allclose(off, 0, atol=1e-9)
 
 
-def test_as_many_pairs_as_unknowns_tell_no_uncertainty():
+def test_minimal_pairs_give_no_uncertainty():
     A, B, _ = mirror_rays(2)
     six = np.arange(6)
     found = refine_generalised_pose(A.of(six), B.of(six), T_MIRROR)
@@ -177,7 +177,7 @@ def test_as_many_pairs_as_unknowns_tell_no_uncertainty():
     assert not found.scale_determined
 
 
-def test_few_pairs_repeated_are_refused():
+def test_repeated_pairs_are_rejected():
     A, B, _ = mirror_rays(2)
     again = np.repeat(np.arange(6), 10)
     with raises_code("degenerate-points"):
@@ -198,7 +198,7 @@ def test_jacobian_equals_differences():
         assert np.abs(numeric - J[:, k]).max() < 1e-7 * np.abs(J[:, k]).max()
 
 
-def test_a_central_camera_has_the_angles_of_epipolar_geometry():
+def test_central_gaps_equal_epipolar_angles():
     _, A, B = by_rig(np.random.default_rng(4), 30, T_RIG, sd=0.01, beside=False)
     plain = (Rays(x.origins, x.directions, None) for x in (A, B))
     pairs = matched_rays(*plain, about=np.zeros(3))
@@ -208,7 +208,7 @@ def test_a_central_camera_has_the_angles_of_epipolar_geometry():
     np.testing.assert_allclose(np.abs(ours), np.abs(theirs), rtol=1e-9, atol=1e-14)
 
 
-def test_the_noise_of_pixels_makes_gaps_of_one():
+def test_pixel_noise_gives_unit_gaps():
     A, B, _ = mirror_rays(3, 400)
     pairs = matched_rays(A, B)
     r = gaps(*pairs.about_centre(T_MIRROR), pairs)
@@ -220,7 +220,7 @@ def test_the_noise_of_pixels_makes_gaps_of_one():
     assert np.all((sd > 0.5 * SD_PX / 1900) & (sd < 4 * SD_PX / 1900))
 
 
-def test_an_origin_may_slide_along_its_ray():
+def test_gaps_ignore_origin_along_ray():
     A, B, _ = mirror_rays(4, 30)
     slide = np.eye(6)
     slide[:3, 3:] = 70 * np.eye(3)
@@ -234,7 +234,7 @@ def test_an_origin_may_slide_along_its_ray():
     np.testing.assert_allclose(gaps(*state, one), gaps(*state, other), rtol=1e-5)
 
 
-def test_errors_are_as_covariance_and_information_say():
+def test_motion_covariance_and_information_predict_errors():
     inside, found, told, stated = [], [], [], []
     for seed in range(40):
         A, B, _ = mirror_rays(seed, 40)
@@ -260,7 +260,7 @@ def test_errors_are_as_covariance_and_information_say():
     np.testing.assert_allclose(both, 1, atol=0.08)
 
 
-def test_sampled_motions_do_not_depend_on_the_unit_of_length():
+def test_sampled_motions_are_independent_of_unit():
     A, B, _ = mirror_rays(5, 60)
     pairs = matched_rays(A, B)
     picks = np.random.default_rng(5).integers(60, size=(8, 7))
@@ -273,7 +273,7 @@ def test_sampled_motions_do_not_depend_on_the_unit_of_length():
     np.testing.assert_allclose(1000 * shorter, u, atol=1e-3 * np.abs(u).max())
 
 
-def test_samples_have_the_gaps_of_all_pairs():
+def test_sample_gaps_equal_pair_gaps():
     """Where rays turn about points, as those of a rig do."""
     _, A, B = by_rig(np.random.default_rng(6), 40, T_RIG)
     pairs = matched_rays(A, B)
@@ -283,7 +283,7 @@ def test_samples_have_the_gaps_of_all_pairs():
     np.testing.assert_allclose(np.sqrt(ours), np.abs(gaps(R, u, pairs)), rtol=1e-6)
 
 
-def test_the_nearer_to_central_the_less_the_length_is_told():
+def test_nearly_central_rays_determine_length_less():
     information = []
     for radius in (100.0, 10.0, 1.0, 0.0):
         _, A, B = by_rig(np.random.default_rng(6), 100, T_RIG, radius=radius)
@@ -300,7 +300,7 @@ def test_the_nearer_to_central_the_less_the_length_is_told():
     assert "told: to" in str(information[0])
 
 
-def test_given_the_length_a_central_camera_is_a_case_like_others():
+def test_central_camera_needs_given_length():
     rng = np.random.default_rng(7)
     _, A, B = by_rig(rng, 60, T_RIG, sd=0.0, beside=False)
     length = length_of(A, B, T_RIG)
@@ -311,7 +311,7 @@ def test_given_the_length_a_central_camera_is_a_case_like_others():
         assert np.abs(found.T_2_1 - T_RIG).max() < 1e-6
 
 
-def test_the_twin_of_a_motion_puts_points_behind():
+def test_twin_motion_puts_points_behind():
     _, A, B = by_rig(np.random.default_rng(12), 40, T_RIG, sd=0.0, beside=False)
     pairs = matched_rays(A, B, about=np.zeros(3))
     R, u = pairs.about_centre(T_RIG)
@@ -324,7 +324,7 @@ def test_the_twin_of_a_motion_puts_points_behind():
     assert np.isinf(squared[1:]).all()
 
 
-def test_what_leaves_the_motion_open_is_refused_in_one_line():
+def test_undetermined_motion_is_rejected():
     rng = np.random.default_rng(8)
     _, A, B = by_rig(rng, 60, T_RIG)
     _, one, two = by_rig(rng, 60, T_RIG, beside=False)
@@ -362,7 +362,7 @@ def test_what_leaves_the_motion_open_is_refused_in_one_line():
         generalised_pose_ransac(A, mixed, rng, 1e-3, most_trials=64)
 
 
-def test_rays_of_a_perspective_camera_turn_about_its_centre():
+def test_perspective_rays_rotate_about_centre():
     rays = rays_of_pixels(VIEWER, np.random.default_rng(10).uniform(50, 500, (40, 2)))
     pivots, sd = rays.pivots()
     assert np.abs(pivots).max() < 1e-9
@@ -375,9 +375,7 @@ def test_rays_of_a_perspective_camera_turn_about_its_centre():
 
 
 @pytest.mark.parametrize(("agreeing", "refused"), [(1, False), (2, True)])
-def test_eight_of_fourteen_pairs_are_free_to_agree_by_chance(
-    monkeypatch, agreeing, refused
-):
+def test_chance_inliers_are_rejected(monkeypatch, agreeing, refused):
     """Six pairs are fitted whatever they are. Of the others five or more agree, where
     `agreeing` of 14 do when they are matched at random, as often as is summed here."""
     count, some, samples = 14, 11, 2000

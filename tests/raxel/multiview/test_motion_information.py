@@ -6,7 +6,7 @@ import pytest
 from raxel.multiview.generalised_motion import MotionInformation
 
 
-def test_deviations_are_roots_of_summed_variances():
+def test_information_sds_are_roots_of_summed_variances():
     told = np.diag(np.array([1.0, 2, 4, 5, 10, 20]) ** 2)
     found = MotionInformation(told, 10.0, np.zeros(3), 1.0)
     rotation = np.sqrt(1 + 1 / 4 + 1 / 16)

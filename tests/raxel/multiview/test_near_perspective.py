@@ -40,7 +40,7 @@ def view():
     return view_of_plane(SMALL, T_BUST, 1.0, CORNER, SIZE)
 
 
-def test_the_view_holds_what_is_wanted_upright_at_the_wanted_scale(view):
+def test_plane_view_contains_part_at_scale(view):
     ring = CORNER + SIZE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     places = view_pixels(view, transform(T_BUST, on_plane(ring)))
     assert (places >= 0).all()
@@ -57,7 +57,7 @@ def test_the_view_holds_what_is_wanted_upright_at_the_wanted_scale(view):
     assert np.isnan(view_pixels(view, behind[None])).all()
 
 
-def test_the_pinhole_lies_next_to_the_rays_of_the_wanted_part_alone(view):
+def test_plane_view_centre_uses_chosen_part(view):
     pixels = np.mgrid[: SMALL.width : 4, : SMALL.height : 4].reshape(2, -1).T
     rays = SMALL.rays(pixels.astype(float))
     met = intersect_rays_plane(rays.origins, rays.directions, T_BUST)
@@ -67,7 +67,7 @@ def test_the_pinhole_lies_next_to_the_rays_of_the_wanted_part_alone(view):
     assert np.linalg.norm(closest_point(rays) - near) > 3
 
 
-def test_on_the_assumed_plane_the_view_is_perspective(view):
+def test_plane_view_is_perspective_on_plane(view):
     rng = np.random.default_rng(3)
     points = transform(T_BUST, on_plane(CORNER + SIZE * rng.uniform(0, 1, (60, 2))))
     pixels, valid = SMALL.project(points)
@@ -76,7 +76,7 @@ def test_on_the_assumed_plane_the_view_is_perspective(view):
     assert valid.mean() > 0.5
 
 
-def test_a_plane_leaves_a_small_part_of_a_reliefs_distortion():
+def test_plane_view_reduces_relief_distortion():
     points = transform(T_BUST, BUST.landmarks()[1])
     pixels, valid = CAMERA.project(points)
     points, pixels = points[valid], pixels[valid]
@@ -94,7 +94,7 @@ def test_a_plane_leaves_a_small_part_of_a_reliefs_distortion():
     assert left < 0.2 * raw
 
 
-def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
+def test_view_over_plane_maps_pixels_to_themselves(view):
     pixels = np.mgrid[: SMALL.height, : SMALL.width][::-1].reshape(2, -1).T
     own = shown_in_view(SMALL, view, pixels.astype(float), T_BUST)
     image = np.nan_to_num(own).reshape(SMALL.height, SMALL.width, 2)
@@ -106,6 +106,6 @@ def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
     np.testing.assert_allclose(picture[v, u], np.column_stack([u, v]), atol=0.02)
 
 
-def test_what_the_camera_does_not_see_is_refused(view):
+def test_unseen_plane_is_rejected(view):
     with pytest.raises(InputError, match="near-perspective view"):
         view_of_plane(SMALL, T_BUST, 1.0, np.array([900.0, 900]), SIZE)

@@ -28,7 +28,7 @@ def given():
 
 
 @pytest.mark.parametrize("name", ["chosen", "given"])
-def test_every_pixel_of_a_view_comes_from_its_own_direction(request, name):
+def test_view_pixel_has_own_direction(request, name):
     view = request.getfixturevalue(name)
     x, y, z = view.R_camera_view.T
     rows, columns = np.mgrid[: view.height, : view.width].reshape(2, -1, 1)
@@ -41,7 +41,7 @@ def test_every_pixel_of_a_view_comes_from_its_own_direction(request, name):
     np.testing.assert_allclose(sources[valid], truth[valid], atol=1e-4)
 
 
-def test_the_middle_of_the_chosen_view_is_that_of_the_image(chosen):
+def test_view_centre_is_image_centre(chosen):
     middle = (np.array([WIDTH, HEIGHT]) - 1) / 2
     ray = chosen.R_camera_view[:, 2]
     pixel = ASIDE.project(ray[None]).pixels[0]
@@ -57,7 +57,7 @@ def source_at(view, pixel):
     return ASIDE.project(1e6 * view.directions(pixel[None]) + view.centre).pixels[0]
 
 
-def test_a_table_moved_off_the_origin_has_its_view_at_its_centre(chosen):
+def test_shifted_table_view_is_at_its_centre(chosen):
     table = GeneralCamera.from_camera(ASIDE)
     moved = GeneralCamera(
         np.nan_to_num(table.directions), table.mask, origins=[3.0, -2.0, 5.0]

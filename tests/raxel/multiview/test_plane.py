@@ -29,7 +29,7 @@ def in_the_middle(picture, mm_per_px):
 
 
 @pytest.mark.parametrize("mm_per_px", [FINE, COARSE])
-def test_light_that_is_linear_on_the_plane_comes_back_exactly(mm_per_px):
+def test_remap_reproduces_linear_image(mm_per_px):
     location = on_plane()
     image = np.stack([light(*np.moveaxis(location, 2, 0)), location[..., 0]], axis=-1)
     picture, seen = remap_to_plane(image, location, None, None, SIZE_MM, mm_per_px)
@@ -43,7 +43,7 @@ def test_light_that_is_linear_on_the_plane_comes_back_exactly(mm_per_px):
     assert not picture[~seen].any()
 
 
-def test_a_fine_pattern_is_averaged_where_the_picture_is_coarse():
+def test_remap_averages_fine_pattern():
     location = on_plane(600, 450)
     stripes = 100 + 80 * np.sin(2 * np.pi * location[..., 0])
     picture, seen = remap_to_plane(stripes, location, None, None, SIZE_MM, 1.0)
@@ -51,7 +51,7 @@ def test_a_fine_pattern_is_averaged_where_the_picture_is_coarse():
     assert np.abs(inside - 100).max() < 3
 
 
-def test_nothing_is_filled_in_beside_or_between_what_was_seen():
+def test_remap_does_not_fill_unseen_areas():
     location = on_plane()
     mask = np.ones(location.shape[:2], bool)
     mask[30:50, 40:60] = False
@@ -70,7 +70,7 @@ def test_nothing_is_filled_in_beside_or_between_what_was_seen():
     )
 
 
-def test_a_picture_of_all_is_as_fine_as_the_image_and_no_larger_than_it_may_be():
+def test_plane_scale_limits_image_size():
     location = facets()
     size, mm_per_px = plane_scale(location)
     assert size == pytest.approx((24 + 0.6 * 49, 39.6))
@@ -90,7 +90,7 @@ def facets():
     return np.stack([x, 0.5 * v + 0.1], axis=-1)
 
 
-def test_facets_are_not_joined_and_what_both_see_is_averaged_by_sigma():
+def test_remap_averages_facets_by_sigma():
     location = facets()
     cells = whole_cells(location)
     assert not cells[:, 49].any()
@@ -109,7 +109,7 @@ def test_facets_are_not_joined_and_what_both_see_is_averaged_by_sigma():
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
-def test_what_is_whole_does_not_depend_on_the_unit_of_length(unit):
+def test_whole_cells_are_independent_of_unit(unit):
     rng = np.random.default_rng(6)
     location = on_plane()
     sigma = rng.uniform(0, 0.3, location.shape)
@@ -121,7 +121,7 @@ def test_what_is_whole_does_not_depend_on_the_unit_of_length(unit):
     np.testing.assert_array_equal(whole_cells(unit * location, unit * sigma), cells)
 
 
-def test_a_pixel_that_is_unsure_tears_no_hole_on_any_of_its_sides():
+def test_uncertain_pixel_makes_no_hole():
     location = on_plane()
     sigma = np.zeros(location.shape)
     location[20, 30] += 1.5 * np.median(np.diff(location[..., 0], axis=1)) * 3
@@ -130,7 +130,7 @@ def test_a_pixel_that_is_unsure_tears_no_hole_on_any_of_its_sides():
     assert whole_cells(location, sigma)[19:21, 29:31].all()
 
 
-def test_noise_tears_no_holes_into_a_surface():
+def test_noise_makes_no_holes():
     rng = np.random.default_rng(5)
     location = on_plane()
     sigma = np.full(location.shape, 0.3)
@@ -154,7 +154,7 @@ def test_noise_tears_no_holes_into_a_surface():
         ({"size_mm": (0.1, 40.0)}, "not one pixel"),
     ],
 )
-def test_what_does_not_fit_is_refused(change, told):
+def test_remap_rejects_invalid_input(change, told):
     given = {
         "image": np.zeros((90, 120)),
         "location": on_plane(),
@@ -167,7 +167,7 @@ def test_what_does_not_fit_is_refused(change, told):
         remap_to_plane(**given | change)
 
 
-def test_in_a_triangle_weights_are_linear_as_values_are():
+def test_triangle_weights_are_linear():
     places = np.array([[[0.0, 0.0], [8.0, 1.0]], [[1.0, 9.0], [9.0, 9.0]]])
     weights, values = places @ [0.5, 0.25] + 1, places[..., :1] - 2 * places[..., 1:]
     sums, hit = np.zeros((10, 10, 2)), np.zeros((10, 10), bool)

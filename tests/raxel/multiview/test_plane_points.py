@@ -28,7 +28,7 @@ CAMERA = flexible_camera(15.0)
 SMALL = flexible_camera(15.0, viewer=small(12))
 
 
-def test_a_circle_seen_in_a_bent_mirror_is_exact_on_its_plane_alone():
+def test_circle_in_bent_mirror_is_exact():
     pixels, _, _ = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 90)
     seen = np.isfinite(pixels).all(axis=1)
     assert seen.mean() > 0.5
@@ -40,7 +40,7 @@ def test_a_circle_seen_in_a_bent_mirror_is_exact_on_its_plane_alone():
     assert np.abs(fit_conic(pixels[seen]).residuals).max() > 1
 
 
-def test_a_flat_mirror_and_a_lens_without_distortion_make_a_conic_of_it():
+def test_circle_in_flat_mirror_is_conic():
     viewer = PerspectiveCamera(VIEWER.K, [], VIEWER.width, VIEWER.height)
     camera = flexible_camera(0.0, viewer=viewer)
     pixels, _, _ = circle_outline(camera, T_BOARD, CENTRE, 87.21, 90)
@@ -48,7 +48,7 @@ def test_a_flat_mirror_and_a_lens_without_distortion_make_a_conic_of_it():
     assert np.abs(fit.residuals).max() < 1e-6
 
 
-def test_points_move_with_their_pixels_as_is_said():
+def test_plane_points_pixel_derivatives():
     pixels, normals, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 24)
     kept = np.isfinite(scale)
     pixels, normals, scale = pixels[kept], normals[kept], scale[kept]
@@ -64,7 +64,7 @@ def test_points_move_with_their_pixels_as_is_said():
     assert np.isnan(beside.points).all()
 
 
-def test_points_move_with_the_pose_as_is_said():
+def test_plane_points_pose_derivatives():
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 24)
     pixels = pixels[np.isfinite(scale)]
     rays = CAMERA.rays(pixels)
@@ -77,7 +77,7 @@ def test_points_move_with_the_pose_as_is_said():
         np.testing.assert_allclose(by_pose[:, :, k], slope, rtol=1e-3, atol=1e-2)
 
 
-def test_a_circle_moves_with_the_pose_as_its_covariance_says():
+def test_circle_covariance_includes_pose():
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)
     pixels = pixels[np.isfinite(scale)]
     h = 1e-5
@@ -98,7 +98,7 @@ def test_a_circle_moves_with_the_pose_as_its_covariance_says():
         )
 
 
-def test_a_circle_is_as_sure_whichever_way_its_plane_has_its_axes():
+def test_circle_uncertainty_ignores_plane_axes():
     pinhole = PerspectiveCamera(
         [[900, 0, 320.0], [0, 700, 240], [0, 0, 1]], [], 640, 480
     )
@@ -114,7 +114,7 @@ def test_a_circle_is_as_sure_whichever_way_its_plane_has_its_axes():
         assert np.trace(one) == pytest.approx(np.trace(found[0]), rel=1e-3)
 
 
-def test_the_radius_errs_as_much_as_edges_and_pose_say():
+def test_circle_radius_sd_predicts_error():
     rng = np.random.default_rng(11)
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)
     pixels = pixels[np.isfinite(scale)]
@@ -136,7 +136,7 @@ def photograph():
     return render(SMALL, np.eye(4), scene)
 
 
-def test_a_ring_is_measured_in_a_picture_to_a_fraction_of_a_pixel(photograph):
+def test_ring_is_measured_to_subpixel_accuracy(photograph):
     radii = []
     for radius in RING.edges:
         places, normals, scale = circle_outline(SMALL, T_BOARD, CENTRE, radius, 120)
@@ -152,7 +152,7 @@ def test_a_ring_is_measured_in_a_picture_to_a_fraction_of_a_pixel(photograph):
     assert np.mean(radii) == pytest.approx(87.21, abs=0.01)
 
 
-def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
+def test_plane_image_shows_board(photograph):
     size, per_px = np.array([120.0, 150.0]), 1.0
     corner = CENTRE - size / 2
     picture, seen = plane_image(SMALL, photograph, T_BOARD, corner, size, per_px)
@@ -171,12 +171,12 @@ def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
     assert close[~edge].mean() > 0.99
 
 
-def test_a_picture_of_another_size_is_refused(photograph):
+def test_plane_image_rejects_other_size(photograph):
     with pytest.raises(InputError, match=r"256 x 100 px; .* 256 x 192"):
         plane_image(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
 
 
-def test_means_over_footprints_are_those_of_their_places():
+def test_footprint_mean_equals_image_mean():
     rng = np.random.default_rng(6)
     texture = RingedChessboard(ChessboardTexture(14, 13, 18.0, 18.0), RING)
     uv = rng.uniform(-20, 250, (4000, 2))
@@ -193,14 +193,14 @@ def test_means_over_footprints_are_those_of_their_places():
     assert np.count_nonzero(known & on_edge) > 50
 
 
-def test_a_ring_without_room_is_refused():
+def test_ring_outside_plane_is_rejected():
     board = ChessboardTexture(14, 13, 18.0, 9.0)
     for ring in (BoardRing((0, 0), 4.0, 4.0, 3.0), BoardRing((0, 0), 40.0, 0.0)):
         with pytest.raises(InputError, match="radius"):
             RingedChessboard(board, ring)
 
 
-def test_a_ring_in_colour_keeps_its_colours():
+def test_ring_keeps_colours():
     board = ChessboardTexture(4, 3, 18.0, 9.0, (0.1, 0.0, 0.0), (0.9, 0.8, 0.7))
     texture = RingedChessboard(board, BoardRing((30.0, 20.0), 15.0, 2.0, 2.0))
     uv = np.array([[45.0, 20.0], [47, 20], [30, 20]])

@@ -99,7 +99,7 @@ def test_derivatives_equal_differences():
 
 
 @pytest.mark.parametrize("linear", [True, False])
-def test_exact_rays_give_the_points(linear):
+def test_triangulation_is_exact(linear):
     X, views = on_stage(1, noise=False)
     found = triangulate(views, STAGE, linear=linear)
     assert found.valid.all()
@@ -108,7 +108,7 @@ def test_exact_rays_give_the_points(linear):
     assert np.all((found.angle > 0.02) & (found.angle < 0.5))
 
 
-def test_the_covariance_of_points_covers_both_ways():
+def test_triangulation_covariance_predicts_errors():
     for linear, least in ((True, 0.93), (False, 0.935)):
         inside, variances = [], []
         for seed in range(12):
@@ -121,7 +121,7 @@ def test_the_covariance_of_points_covers_both_ways():
         assert np.mean(variances) == pytest.approx(1, abs=0.15)
 
 
-def test_the_distance_is_that_from_the_nearest_of_its_pivots():
+def test_point_distance_is_from_nearest_pivot():
     """Of two cameras, one much nearer than the other, in either order."""
     rng = np.random.default_rng(8)
     X = rng.uniform([-100, -100, 900], [100, 100, 1000], (30, 3))
@@ -136,7 +136,7 @@ def test_the_distance_is_that_from_the_nearest_of_its_pivots():
         np.testing.assert_allclose(found.distance_sd, np.sqrt(variance) / away**2)
 
 
-def test_noise_that_is_not_stated_is_told_by_the_scatter():
+def test_unknown_noise_follows_from_point_scatter():
     _, views = on_stage(2, 200)
     stated = triangulate(views, STAGE)
     wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
@@ -149,7 +149,7 @@ def test_noise_that_is_not_stated_is_told_by_the_scatter():
     assert np.median(stated.rms) < 1
 
 
-def test_points_that_cannot_be_placed_are_flagged():
+def test_undetermined_points_are_flagged():
     rng = np.random.default_rng(3)
     _, pixels = in_mirror(rng, 50, STAGE[1:2])
     one, two = (rays_of_pixels(BENT, x, SD_PX) for x in pixels)
@@ -181,7 +181,7 @@ def test_points_that_cannot_be_placed_are_flagged():
         assert set(found.reason) == {"behind a ray"}
 
 
-def test_a_point_at_infinity_is_none_of_the_points():
+def test_point_at_infinity_is_excluded():
     rng = np.random.default_rng(4)
     X, pixels = in_mirror(rng, 40, STAGE[1:2], near=3e5, far=9e5)
     views = [RayView(rays_of_pixels(BENT, jittered(rng, x), SD_PX)) for x in pixels]
@@ -195,7 +195,7 @@ def test_a_point_at_infinity_is_none_of_the_points():
 
 
 @pytest.mark.parametrize("held", [None, 3])
-def test_exact_rays_give_poses_and_points_from_a_rough_start(held):
+def test_ray_bundle_converges_from_rough_start(held):
     X, views = on_stage(5, noise=False)
     start = rough(STAGE)
     if held:
@@ -212,7 +212,7 @@ def test_exact_rays_give_poses_and_points_from_a_rough_start(held):
 
 
 @pytest.mark.parametrize("held", [None, 3])
-def test_the_covariance_of_poses_covers(held):
+def test_ray_bundle_covariance_predicts_errors(held):
     poses, points = [], []
     for seed in range(25):
         X, views = on_stage(seed, 40)
@@ -230,7 +230,7 @@ def test_the_covariance_of_poses_covers(held):
     assert np.mean(points) == pytest.approx(3, abs=0.6)
 
 
-def test_two_views_agree_with_the_motion_of_pairs():
+def test_two_view_bundle_equals_pair_motion():
     _, views = on_stage(6)
     bundle = bundle_rays(views[:2], STAGE[:2])
     pairs = refine_generalised_pose(views[0].rays, views[1].rays, STAGE[1])
@@ -245,7 +245,7 @@ def test_two_views_agree_with_the_motion_of_pairs():
 
 
 @pytest.mark.parametrize(("held", "unknowns"), [(None, 18), (3, 17)])
-def test_the_variance_counts_what_was_free(held, unknowns):
+def test_ray_bundle_variance_counts_unknowns(held, unknowns):
     """Two equations a ray; three numbers a point, six a pose but the first, less one
     where a distance is held."""
     _, views = on_stage(10, 12)
@@ -255,7 +255,7 @@ def test_the_variance_counts_what_was_free(held, unknowns):
     assert found.rms**2 * 2 * found.rays == pytest.approx(found.costs[-1])
 
 
-def test_noise_that_a_bundle_is_not_told_comes_from_the_scatter():
+def test_ray_bundle_estimates_unknown_noise():
     _, views = on_stage(11, 20)
     stated = bundle_rays(views, STAGE)
     wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
@@ -266,7 +266,7 @@ def test_noise_that_a_bundle_is_not_told_comes_from_the_scatter():
         np.testing.assert_allclose(found / known, stated.variance, rtol=1e-3)
 
 
-def test_more_views_tell_the_length_better():
+def test_more_views_improve_length():
     _, views = on_stage(7)
     two, all_four = bundle_rays(views[:2], STAGE[:2]), bundle_rays(views, STAGE)
     assert all_four.scale_sd(1) < 0.5 * two.scale_sd(1)
@@ -274,7 +274,7 @@ def test_more_views_tell_the_length_better():
     assert np.linalg.norm(all_four.shift(1)) == pytest.approx(25, rel=0.2)
 
 
-def test_a_central_rig_needs_a_length_and_keeps_it():
+def test_central_rig_keeps_given_length():
     T = pose(rotation_from_vector([0.2, -0.1, 0.3]), [120.0, 40, -90])
     X, A, B = by_rig(np.random.default_rng(8), 60, T, sd=1e-4, beside=False)
     views = [RayView(A), RayView(B)]
@@ -288,7 +288,7 @@ def test_a_central_rig_needs_a_length_and_keeps_it():
     assert np.abs(scaled - X)[close].max() < 20
 
 
-def test_what_does_not_fit_is_refused_in_one_line():
+def test_ray_bundle_rejects_invalid_input():
     X, views = on_stage(9, 20)
     few = [RayView(v.rays.of(slice(4)), np.arange(4)) for v in views]
     alone = [*views[:3], RayView(views[3].rays, np.arange(20, 20 + 13))]
@@ -312,7 +312,7 @@ def test_what_does_not_fit_is_refused_in_one_line():
         assert "\n" not in str(refusal.value)
 
 
-def test_five_points_from_two_places_tell_no_scatter():
+def test_minimal_bundle_gives_no_scatter():
     views = [RayView(view.rays.of(np.arange(5))) for view in on_stage(7)[1][:2]]
     found = bundle_rays(views, STAGE[:2], stated=False)
     assert np.isnan(found.variance)
@@ -320,7 +320,7 @@ def test_five_points_from_two_places_tell_no_scatter():
     assert found.open_points.all()
 
 
-def test_each_cameras_depth_is_how_far_its_own_ray_runs_to_the_point():
+def test_depth_is_along_own_ray():
     rng, T = np.random.default_rng(8), STAGE[3]
     origins = rng.normal(0, 20, (2, 12, 3))
     points = rng.uniform([-200, -200, 300], [200, 200, 900], (12, 3))

@@ -56,9 +56,7 @@ def stages(rig, cameras, T_camera_board, tmp_path_factory):
     return ImageSet("stages", *size, BOARD, views, folder)
 
 
-def test_a_part_of_a_charuco_board_has_its_own_numbers_before_and_after(
-    stages, cameras, T_camera_board
-):
+def test_partial_charuco_board_keeps_corner_numbers(stages, cameras, T_camera_board):
     """Seen from behind, as in a mirror: columns count the other way, in both."""
     steps = (MirrorStep(*NAMES, deflection_mm=5.0),)
     (step,), flags = _steps(SimpleNamespace(stages=stages, steps=steps), None)

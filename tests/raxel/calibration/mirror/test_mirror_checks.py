@@ -25,7 +25,7 @@ def monitors():
 
 
 @pytest.mark.parametrize(("apart_mm", "refused"), [(9.9, True), (10.1, False)])
-def test_two_places_of_a_monitor_are_at_least_a_centimetre_apart(apart_mm, refused):
+def test_monitor_positions_need_minimum_distance(apart_mm, refused):
     asked = []
 
     def motion(first, second, point):
@@ -53,9 +53,7 @@ def test_two_places_of_a_monitor_are_at_least_a_centimetre_apart(apart_mm, refus
         (0.18, True, True),
     ],
 )
-def test_a_line_may_leave_more_of_the_mirror_beyond_it_if_it_hides(
-    share, hidden, refused, turned
-):
+def test_hidden_clamp_line_allows_more_mirror_beyond(share, hidden, refused, turned):
     """A monitor all over the picture, clamped at its left or at its lower side."""
     u, v = np.meshgrid(np.arange(100.0), np.arange(100.0))
     view = SimpleNamespace(pixels=np.column_stack([u.ravel(), v.ravel()]))

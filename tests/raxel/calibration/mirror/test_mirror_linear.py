@@ -37,7 +37,7 @@ def pairs(camera, pixels):
 
 @QUANTITIES
 @DEGREES
-def test_normals_give_back_a_mirror_of_the_splines_own_space(quantity, shape, degree):
+def test_normals_recover_spline_mirror(quantity, shape, degree):
     camera = spline_like(bent(12), 12, shape, quantity, degree=degree, angle=0.05)
     true, pixels = camera.coefficients.ravel("F"), visible_pixels(12)[::3]
     p, normals = pairs(camera, pixels)
@@ -52,7 +52,7 @@ def test_normals_give_back_a_mirror_of_the_splines_own_space(quantity, shape, de
 
 @QUANTITIES
 @pytest.mark.parametrize("slope", [False, True])
-def test_a_clamp_fixes_the_size_and_stays(quantity, slope):
+def test_clamp_fixes_scale(quantity, slope):
     camera = spline_like(bent(12), 12, quantity=quantity)
     clamp = clamp_of_camera(camera, edge_pixels(), slope=slope)
     p, normals = pairs(camera, visible_pixels(12)[::3])
@@ -67,7 +67,7 @@ def test_a_clamp_fixes_the_size_and_stays(quantity, slope):
         np.testing.assert_allclose(b_x @ found, clamp.slopes[:, 0], rtol=2e-3)
 
 
-def test_printed_and_corrected_order_of_the_coefficients_differ():
+def test_printed_and_corrected_coefficient_order_differ():
     """E-5.04, E-5.05: stacked by rows in place of columns, nothing vanishes."""
     camera = spline_like(bent(12), 12, quantity="distance")
     p, normals = pairs(camera, visible_pixels(12)[::3])
@@ -79,7 +79,7 @@ def test_printed_and_corrected_order_of_the_coefficients_differ():
     assert literal.max() > 1e-3
 
 
-def test_ten_pairs_well_spread_suffice_and_more_leave_the_size_open():
+def test_spread_pairs_determine_shape_up_to_scale():
     """E-5.07: 2 n >= Kf Kg - 1; the size is all that stays open."""
     camera = spline_like(bent(12), 12, quantity="distance")
     box, rng = camera.grid.corners, np.random.default_rng(5)
@@ -97,9 +97,7 @@ def test_ten_pairs_well_spread_suffice_and_more_leave_the_size_open():
 
 
 @pytest.mark.parametrize(("roll", "equations"), [(0.0, 3), (15.0, 5)])
-def test_a_line_along_an_axis_gives_as_many_equations_as_functions_along_it(
-    roll, equations
-):
+def test_clamp_line_along_axis_gives_one_equation_per_function(roll, equations):
     grid = spline_grid([[-0.2, -0.15], [0.2, 0.15]])
     t, turn = np.linspace(-0.14, 0.14, 11), np.radians(roll)
     line = np.column_stack([-0.16 + t * np.sin(turn), t * np.cos(turn)])
@@ -111,7 +109,7 @@ def test_a_line_along_an_axis_gives_as_many_equations_as_functions_along_it(
     )
 
 
-def test_directions_that_leave_a_knot_interval_open_are_refused():
+def test_directions_without_knot_interval_are_rejected():
     camera = spline_like(bent(12), 12)
     p, normals = pairs(camera, visible_pixels(12)[::3])
     u = camera.grid.turned(p)[:, 0]

@@ -50,14 +50,14 @@ def step(request):
     return *(seen(rig, camera, T, rng) for camera in cameras), clamp
 
 
-def test_corners_are_the_same_however_the_lattice_was_counted(step):
+def test_labelled_corners_are_independent_of_counting(step):
     before, after, clamp = step
     for turn in range(len(LATTICE_SYMMETRIES)):
         found = labelled_like(before, relabelled(after, turn, [3, -2]), clamp)
         np.testing.assert_array_equal(found.indices, after.indices)
 
 
-def test_half_a_step_of_the_lattice_at_the_clamp_is_refused(step):
+def test_half_lattice_step_at_clamp_is_rejected(step):
     """Either of two labellings would move the clamp by as much."""
     before, after, clamp = step
     A = np.column_stack([np.ones(len(after.indices)), after.indices])
@@ -76,7 +76,7 @@ def bent_lattice(clamp):
 
 
 @pytest.mark.parametrize("counted", range(len(LATTICE_SYMMETRIES)))
-def test_a_clamp_along_the_squares_does_not_turn_the_board_over(counted):
+def test_clamp_along_squares_does_not_mirror_board(counted):
     """Turned over about the clamp it would show the same places there."""
     clamp = np.column_stack([np.full(9, 40.0), np.linspace(80, 440, 9)])
     before, after = bent_lattice(clamp)
@@ -84,7 +84,7 @@ def test_a_clamp_along_the_squares_does_not_turn_the_board_over(counted):
     np.testing.assert_array_equal(found.indices, INDICES)
 
 
-def test_a_clamp_of_one_place_is_refused():
+def test_clamp_of_one_point_is_rejected():
     """Any quarter of a turn about it would do."""
     clamp = np.column_stack([np.full(5, 40.0), np.linspace(258, 262, 5)])
     before, after = bent_lattice(clamp)
@@ -92,14 +92,14 @@ def test_a_clamp_of_one_place_is_refused():
         labelled_like(before, after, clamp)
 
 
-def test_too_few_corners_are_refused_by_name(step):
+def test_too_few_corners_are_rejected_by_name(step):
     before, after, clamp = step
     few = Partial(after.corners[:9], after.indices[:9])
     with pytest.raises(InputError, match=r"step 2: .* 9 corners"):
         labelled_like(before, few, clamp, "step 2")
 
 
-def test_all_views_have_the_same_rows_and_a_whole_board_is_a_lattice_too(step):
+def test_whole_board_is_lattice_and_views_share_rows(step):
     before, after, _ = step
     board = mirror_rig("A").board
     views = on_one_lattice([before, after], board, ["first", "second"])
@@ -121,7 +121,7 @@ def test_all_views_have_the_same_rows_and_a_whole_board_is_a_lattice_too(step):
     assert lattice_of(refused(3, 2, "no board")) is None
 
 
-def test_the_steps_of_a_set_may_show_parts_of_the_board(step):
+def test_set_steps_accept_partial_boards(step):
     before, after, clamp = step
     board = mirror_rig("A").board
     steps = (MirrorStep("before", "after", deflection_mm=5.0),)
@@ -150,7 +150,7 @@ def test_the_steps_of_a_set_may_show_parts_of_the_board(step):
         _steps_in_part(mirror_set, boards(before, None))
 
 
-def test_pixels_that_see_no_flat_monitor_in_a_flat_mirror_are_left_out():
+def test_flat_view_rejects_outlier_pixels():
     viewer, rng = mirror_rig("A").viewer, np.random.default_rng(1)
     points = rng.uniform(0, 200, (800, 2))
     T = pose(rotation_from_vector([0.3, -0.4, 0.1]), [-80.0, -90.0, 900.0])

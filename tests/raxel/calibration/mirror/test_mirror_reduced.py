@@ -52,7 +52,7 @@ def seen(curve, far, n=12):
 
 
 @pytest.mark.parametrize("kind", CURVES)
-def test_a_curve_of_the_models_own_space_is_recovered_exactly(kind):
+def test_reduced_curve_is_recovered_exactly(kind):
     true, before = CURVES[kind]
     u, points = seen(true, 1500.0)
     # Directions of another curve: a start that is wrong, as near scenes make it.
@@ -64,7 +64,7 @@ def test_a_curve_of_the_models_own_space_is_recovered_exactly(kind):
 
 
 @pytest.mark.parametrize("kind", CURVES)
-def test_changes_are_those_of_differences(kind):
+def test_curve_derivatives_equal_differences(kind):
     true, _ = CURVES[kind]
     u, points = seen(true, 700.0)
     points = points + 5.0
@@ -82,7 +82,7 @@ def test_changes_are_those_of_differences(kind):
 
 
 @pytest.mark.parametrize("kind", CURVES)
-def test_the_clamp_is_kept_whatever_the_noise(kind):
+def test_reduced_clamp_is_kept_under_noise(kind):
     true, before = CURVES[kind]
     rng = np.random.default_rng(0)
     u, points = seen(true, 1500.0)
@@ -93,7 +93,7 @@ def test_the_clamp_is_kept_whatever_the_noise(kind):
         assert curve.distances([u_e])[0] == pytest.approx(distance, abs=1e-7)
 
 
-def test_the_covariance_says_how_far_the_curve_scatters():
+def test_reduced_covariance_predicts_scatter():
     true, _ = CURVES["distance"]
     rng = np.random.default_rng(1)
     u, points = seen(true, 1500.0, n=30)
@@ -109,7 +109,7 @@ def test_the_covariance_says_how_far_the_curve_scatters():
 
 
 @pytest.mark.parametrize("n", [5, 40])
-def test_a_row_of_points_is_placed_where_it_is(n):
+def test_point_row_is_located(n):
     """By central and by non-central rays, and not behind the viewer."""
     places = np.linspace(-300, 300, n)
     way = np.array([np.cos(2.6), np.sin(2.6)])
@@ -136,7 +136,7 @@ def refused(kind="distance", **changed):
     return str(fault.value)
 
 
-def test_what_cannot_give_a_curve_is_refused():
+def test_reduced_rejects_degenerate_input():
     u = np.linspace(-0.35, 0.33, 12)
     assert "found 3 different features" in refused(u=u[:3])
     assert "not finite" in refused(u=np.where(u > 0, np.nan, u))

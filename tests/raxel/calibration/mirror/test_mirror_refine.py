@@ -68,7 +68,7 @@ def test_jacobians_agree_with_differences(quantity):
 
 
 @QUANTITIES
-def test_a_mirror_of_the_splines_own_space_comes_back_exactly(quantity):
+def test_refinement_recovers_spline_mirror_exactly(quantity):
     camera, clamp, flat, _, _ = scene(quantity=quantity)
     p, points = dense(camera)
     found = refine_shape(p, points, camera.grid, quantity, flat, noise=NOISE,
@@ -81,7 +81,7 @@ def test_a_mirror_of_the_splines_own_space_comes_back_exactly(quantity):
 
 
 @QUANTITIES
-def test_the_prior_leaves_a_plane_alone_and_carries_what_no_feature_reaches(quantity):
+def test_prior_keeps_plane_and_extrapolates(quantity):
     camera, clamp, flat, p, points = scene(10.0, quantity)
     prior = bending_prior(camera.grid, quantity, PLANE, 0.5)
     gap = prior.rows @ flat - prior.values
@@ -102,7 +102,7 @@ def test_the_prior_leaves_a_plane_alone_and_carries_what_no_feature_reaches(quan
     assert sd[0] > 10 * sd[1]
 
 
-def test_the_prior_of_a_turned_spline_knows_the_plane_where_its_knots_are():
+def test_prior_of_rotated_spline_uses_its_knots():
     rng = np.random.default_rng(8)
     grid = spline_grid(np.array([[0.1, -0.6], [0.8, 0.5]]), angle=0.7)
     normal, offset = np.array([0.5, -0.2, 0.8]) / np.sqrt(0.93), 400.0
@@ -119,7 +119,7 @@ def rms(values):
     return np.sqrt(np.mean(values**2))
 
 
-def test_the_covariance_predicts_the_scatter():
+def test_covariance_predicts_scatter():
     """Noise alone, on a mirror of the spline's own space: all within its deviations."""
     camera, clamp, flat, p, points = scene(5.0)
     prior = bending_prior(camera.grid, "inverse depth", PLANE, 1.0)
@@ -141,7 +141,7 @@ def test_the_covariance_predicts_the_scatter():
     assert 0.6 < np.mean(squares) < 1.4
 
 
-def test_a_shape_that_is_in_part_behind_the_viewer_is_refused_as_a_calibration():
+def test_shape_behind_camera_is_calibration_error():
     """The spline itself refuses its coefficients as input, which nobody gave."""
     grid = spline_grid(np.array([[-0.1, -0.1], [0.1, 0.1]]))
     shape = np.full(grid.size, 1 / 400)
@@ -152,7 +152,7 @@ def test_a_shape_that_is_in_part_behind_the_viewer_is_refused_as_a_calibration()
 
 
 @QUANTITIES
-def test_residuals_move_with_their_places_in_the_picture(quantity):
+def test_residuals_follow_image_points(quantity):
     camera, _, _, p, points = scene(quantity=quantity)
     c = 1.01 * camera.coefficients.ravel("F")
     inside = np.all(np.abs(p - p.mean(axis=0)) < 0.3 * np.ptp(p, axis=0), axis=1)

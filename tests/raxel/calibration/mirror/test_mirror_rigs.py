@@ -33,7 +33,7 @@ def spread(camera):
 @pytest.mark.parametrize(
     ("name", "small"), [(n, False) for n in FILES] + [(n, True) for n in SMALL_FILES]
 )
-def test_files_are_those_of_the_rigs(name, small):
+def test_mirror_rig_files_exist(name, small):
     rig = mirror_rig(name, small)
     found = [part.path.relative_to(RIGS.parents[1]) for part in (rig.rig, rig.monitor)]
     assert tuple(map(str, found)) == (SMALL_FILES if small else FILES)[name]
@@ -43,7 +43,7 @@ def test_files_are_those_of_the_rigs(name, small):
 
 
 @SMALL
-def test_the_small_camera_sees_the_same(name):
+def test_small_camera_has_same_view(name):
     large, small = (mirror_rig(name, one).camera(10.0) for one in (False, True))
     assert (4 * small.width, 4 * small.height) == (large.width, large.height)
     pixels, origins, directions = spread(small)
@@ -53,7 +53,7 @@ def test_the_small_camera_sees_the_same(name):
 
 
 @ALL
-def test_at_every_stage_the_mirror_shows_the_monitor_and_not_the_camera(name):
+def test_stage_mirror_shows_monitor_not_camera(name):
     rig, widths = mirror_rig(name), []
     size = np.array(rig.monitor.target.monitor_mm)
     for camera in rig.stages(aberration_um=10, seed=1):
@@ -71,7 +71,7 @@ def test_at_every_stage_the_mirror_shows_the_monitor_and_not_the_camera(name):
 
 @ALL
 @pytest.mark.parametrize("distance", [DYNAMIC_MM, BACK_PROJECTION_MM])
-def test_boards_are_seen_before_and_after_a_stage_and_after_all(name, distance):
+def test_stage_boards_are_visible_before_and_after(name, distance):
     rig = mirror_rig(name)
     for deflections in ((0.0, 5.0), (0.0, 15.0)):
         T = rig.board_pose(np.random.default_rng(2), distance, deflections)
@@ -84,7 +84,7 @@ def test_boards_are_seen_before_and_after_a_stage_and_after_all(name, distance):
 
 
 @ALL
-def test_the_load_is_where_the_stage_says_and_the_clamp_stays(name):
+def test_stage_load_is_at_given_position(name):
     rig = mirror_rig(name)
     flat = rig.camera(0.0)
     for deflection in STAGES_MM:
@@ -104,7 +104,7 @@ def test_the_load_is_where_the_stage_says_and_the_clamp_stays(name):
 
 
 @ALL
-def test_the_platter_stands_before_the_mirror_and_shows_both_positions(name):
+def test_flat_mirror_shows_both_positions(name):
     rig = mirror_rig(name)
     platter = rig.platter(np.random.default_rng(1))
     board = transform(platter.T_camera_board, on_plane(platter.board.points()))

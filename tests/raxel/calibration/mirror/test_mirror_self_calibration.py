@@ -35,7 +35,7 @@ def share(camera):
 
 
 @pytest.mark.parametrize(("depth", "tol"), [(800.0, 0.04), (4000.0, 0.04), (1e7, 0.01)])
-def test_the_linear_stage_finds_its_share_of_the_deflection(depth, tol):
+def test_linear_update_finds_expected_share_of_deflection(depth, tol):
     found = linear_update(FLAT, *scene(depth), CLAMP, outline=OUTLINE)
     assert share(found.camera) == pytest.approx(depth / (depth + 410), abs=tol)
 
@@ -58,7 +58,7 @@ HALF = np.where(BEFORE[:, :1] > BEFORE[:, 0].mean(), np.nan, BEFORE)
         ),
     ],
 )
-def test_what_is_no_input_is_refused(code, change):
+def test_self_calibration_rejects_invalid_input(code, change):
     given = {"before": BEFORE, "after": AFTER, "clamp": CLAMP, "outline": OUTLINE}
     given |= change
     outline = given.pop("outline")
@@ -70,12 +70,12 @@ def test_what_is_no_input_is_refused(code, change):
     ("pixels", "outline"),
     [(scene(4000.0, push=5.0), visible_pixels(5.0)), ((HALF, AFTER), OUTLINE)],
 )
-def test_an_outermost_knot_interval_without_features_is_refused(pixels, outline):
+def test_outermost_interval_without_features_is_rejected(pixels, outline):
     with raises_code("no-feature-at-end"):
         linear_update(FLAT, *pixels, CLAMP, outline=outline)
 
 
-def test_points_of_two_rays_lie_between_them_and_ahead():
+def test_met_points_are_between_rays_and_in_front():
     first = (np.zeros((2, 3)), np.array([[0, 0, 1.0], [0, 0, 1.0]]))
 
     class Second:

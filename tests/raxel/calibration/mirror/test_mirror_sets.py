@@ -20,7 +20,7 @@ WITHOUT_PITCH = {
 }
 
 
-def test_what_a_mirror_set_says_is_read(tmp_path):
+def test_mirror_set_is_read(tmp_path):
     write_mirror_set(tmp_path)
     found = load_mirror_set(tmp_path)
     assert is_mirror_set(tmp_path)
@@ -70,7 +70,7 @@ def test_what_a_mirror_set_says_is_read(tmp_path):
         ({"primary": PRIMARY | {"plate": "stages"}}, {}, "found 4 photographs of the"),
     ],
 )
-def test_what_does_not_fit_is_named(tmp_path, data, of_sets, named):
+def test_mirror_set_error_names_field(tmp_path, data, of_sets, named):
     write_mirror_set(tmp_path, mirror_description(**data), **of_sets)
     with pytest.raises(InputError) as refused:
         load_mirror_set(tmp_path)
@@ -86,7 +86,7 @@ def test_what_does_not_fit_is_named(tmp_path, data, of_sets, named):
         ({"before": "view1.png", "after": "view1.png"}, "taken after 1 deflections"),
     ],
 )
-def test_a_photograph_shows_one_state_of_the_mirror(tmp_path, step, named):
+def test_image_shows_one_mirror_state(tmp_path, step, named):
     stages = {"set": "stages", "steps": [STEPS[0], step]}
     write_mirror_set(tmp_path, mirror_description(stages=stages))
     with pytest.raises(InputError) as refused:
@@ -94,7 +94,7 @@ def test_a_photograph_shows_one_state_of_the_mirror(tmp_path, step, named):
     assert named in str(refused.value)
 
 
-def test_a_photograph_to_evaluate_may_begin_the_next_step(tmp_path):
+def test_evaluation_image_may_begin_next_step(tmp_path):
     """It shows the mirror after its step, as the one before the next one does."""
     first = STEPS[0] | {"evaluate": ["view2.png"]}
     stages = {"set": "stages", "steps": [first, STEPS[1] | {"before": "view2.png"}]}
@@ -109,7 +109,7 @@ def test_a_photograph_to_evaluate_may_begin_the_next_step(tmp_path):
         load_mirror_set(tmp_path)
 
 
-def test_a_position_without_its_picture_in_the_flat_mirror_is_named(tmp_path):
+def test_position_without_flat_mirror_image_is_named(tmp_path):
     write_mirror_set(tmp_path)
     path = tmp_path / "platter" / "set.yaml"
     path.write_text(path.read_text("utf-8").replace("name: far", "name: else"), "utf-8")
@@ -117,7 +117,7 @@ def test_a_position_without_its_picture_in_the_flat_mirror_is_named(tmp_path):
         load_mirror_set(tmp_path)
 
 
-def test_check_says_what_a_mirror_set_holds(tmp_path, capsys):
+def test_check_lists_mirror_set_contents(tmp_path, capsys):
     write_mirror_set(tmp_path)
     assert main(["check", str(tmp_path)]) == 0
     told = capsys.readouterr().out
@@ -126,7 +126,7 @@ def test_check_says_what_a_mirror_set_holds(tmp_path, capsys):
     assert told.count("images     ") == 5
 
 
-def test_a_position_may_be_seen_in_the_flat_mirror_more_than_once(tmp_path):
+def test_position_may_occur_twice_in_flat_mirror(tmp_path):
     views = [{"name": name, "patterns": code(k)} for k, name in enumerate(PLATTER)]
     photographs = [{"image": f"view{k}.png"} for k in range(3)]
     of_sets = {"platter": {"views": views}, "plate": {"views": photographs}}
@@ -136,7 +136,7 @@ def test_a_position_may_be_seen_in_the_flat_mirror_more_than_once(tmp_path):
     assert found.platter_views("far") == [1]
 
 
-def test_a_view_of_no_position_is_named(tmp_path):
+def test_view_without_position_is_named(tmp_path):
     names = [*PLATTER, "nearer"]
     views = [{"name": name, "patterns": code(k)} for k, name in enumerate(names)]
     write_mirror_set(tmp_path, platter={"views": views})

@@ -47,7 +47,7 @@ def ray_angles(found, deflection):
     return np.degrees(gap[ours.valid & true.valid])
 
 
-def test_every_stage_comes_near_the_true_rays_and_says_how_near():
+def test_stage_errors_match_predictions():
     found = calibrated()
     assert len(found.cameras) == 3
     for k, (camera, deflection) in enumerate(
@@ -64,7 +64,7 @@ def test_every_stage_comes_near_the_true_rays_and_says_how_near():
     )
 
 
-def test_a_board_that_stays_over_two_steps_has_one_pose():
+def test_static_board_over_two_steps_has_one_pose():
     rng = np.random.default_rng(2)
     T = board_pose([2.0, 3, 4])
     one, two, three = (board_view(d, T, f"at {d:g}", rng) for d in (0.0, 5.0, 10.0))
@@ -78,7 +78,7 @@ def test_a_board_that_stays_over_two_steps_has_one_pose():
     assert np.mean(ray_angles(found.cameras[2], 10.0)) < 0.05
 
 
-def test_corners_counted_from_another_end_are_put_in_the_order_of_before():
+def test_corner_order_follows_first_image():
     rng = np.random.default_rng(3)
     T = board_pose([2.0, 3, 4])
     before, after = (board_view(d, T, "", rng) for d in (0.0, 5.0))
@@ -93,7 +93,7 @@ def test_corners_counted_from_another_end_are_put_in_the_order_of_before():
     assert not ordered_like(before, far)[1]
 
 
-def test_wrong_matches_of_a_fifth_are_left_out_and_told():
+def test_wrong_matches_are_rejected_and_reported():
     rng = np.random.default_rng(1)
     after = good().steps[0].after
     pixels = after.pixels.copy()
@@ -105,7 +105,7 @@ def test_wrong_matches_of_a_fifth_are_left_out_and_told():
     assert np.mean(ray_angles(found.cameras[1], 5.0)) < 0.04
 
 
-def test_wrong_points_of_the_monitor_are_left_out_and_told():
+def test_wrong_monitor_points_are_rejected_and_reported():
     near, far = good().grids
     location = near.location.copy()
     rows, columns = np.nonzero(np.isfinite(location[..., 0]))
@@ -118,14 +118,14 @@ def test_wrong_points_of_the_monitor_are_left_out_and_told():
     assert np.mean(ray_angles(found.cameras[0], 0.0)) < 0.04
 
 
-def test_a_board_that_was_moved_between_the_pictures_is_flagged():
+def test_moved_board_is_flagged():
     for moved_mm, told in ((0.0, False), (20.0, True)):
         step = step_views(1, (0.0, 5.0), np.random.default_rng(5), moved_mm)
         found = calibrate_mirror(good()._replace(steps=(step,)))
         assert any("did the board" in flag for flag in found.flags) == told
 
 
-def test_a_large_step_has_no_rays_where_no_common_corner_was_and_says_so():
+def test_large_step_reports_missing_rays():
     step = step_views(1, (0.0, 25.0), np.random.default_rng(5))
     found = calibrate_mirror(good()._replace(steps=(step,)))
     assert any("towards the free edge it has no rays" in flag for flag in found.flags)
@@ -140,34 +140,34 @@ def test_a_large_step_has_no_rays_where_no_common_corner_was_and_says_so():
         (160.0, "knot interval along u: rays would turn .* board, viewer and clamp"),
     ],
 )
-def test_a_clamp_beside_the_mirror_across_it_or_at_its_other_end_is_refused(x, told):
+def test_misplaced_clamp_is_rejected(x, told):
     clamp = good().clamp._replace(points=edge(x))
     with pytest.raises((InputError, CalibrationError), match=told):
         calibrate_mirror(good()._replace(clamp=clamp))
 
 
-def test_a_line_before_a_hidden_clamp_stands_in_for_it():
+def test_line_replaces_hidden_clamp():
     clamp = good().clamp._replace(points=edge(4.0), hidden_mm=4.0)
     views = good()._replace(clamp=clamp, steps=good().steps[:1])
     found = calibrate_mirror(views)
     assert np.mean(ray_angles(found.cameras[1], 5.0)) < 0.05
 
 
-def test_clamp_points_on_no_line_are_refused():
+def test_clamp_points_off_line_are_rejected():
     points = edge(0.1) + 40 * np.random.default_rng(1).standard_normal((9, 2))
     clamp = good().clamp._replace(points=points)
     with raises_code("bent-clamp-line"):
         calibrate_mirror(good()._replace(clamp=clamp))
 
 
-def test_pictures_before_and_after_exchanged_are_refused_by_name():
+def test_exchanged_images_are_rejected_by_name():
     step = good().steps[0]
     views = with_step(before=step.after, after=step.before)
     with pytest.raises(CalibrationError, match=r"step 1 \(s1-after, s1-before\)"):
         calibrate_mirror(views)
 
 
-def test_corners_near_the_clamp_alone_are_refused():
+def test_corners_only_near_clamp_are_rejected():
     after = good().steps[0].after
     near = after.pixels[:, 0] > np.nanquantile(after.pixels[:, 0], 0.85)
     pixels = np.where(near[:, None], after.pixels, np.nan)
@@ -176,7 +176,7 @@ def test_corners_near_the_clamp_alone_are_refused():
         calibrate_mirror(views)
 
 
-def test_places_of_the_monitor_that_are_one_are_refused():
+def test_equal_monitor_positions_are_rejected():
     views = good()
     with raises_code("same-points"):
         calibrate_mirror(made_views(far_mm=0.3))
@@ -188,7 +188,7 @@ def test_places_of_the_monitor_that_are_one_are_refused():
         calibrate_mirror(views._replace(grids=views.grids[::-1]))
 
 
-def test_knots_span_what_the_next_step_shows_as_far_as_they_are_supported():
+def test_knots_span_supported_part_of_next_step():
     """Boards of the next step lie far beyond; knots follow a part of the way."""
     step, camera = good().steps[0], calibrated().cameras[0]
     pixels = step.after.pixels
@@ -206,7 +206,7 @@ def test_knots_span_what_the_next_step_shows_as_far_as_they_are_supported():
     assert np.all(spans[0] < spans[1])
 
 
-def test_a_monitor_shown_twice_in_one_place_is_told_though_pixels_stray():
+def test_repeated_monitor_position_is_detected_despite_outliers():
     """What single pixels decode wrongly is no other place."""
     grids = [SimpleNamespace(name=name) for name in ("near", "far")]
     once = np.random.default_rng(0).uniform(0, 300, (200, 2))

@@ -29,7 +29,7 @@ def tracker():
     return MirrorTracker(FLAT, SCENE, clamp_of_camera(FLAT, edge_pixels()), SETTINGS)
 
 
-def test_a_film_to_and_fro_is_followed_without_drift():
+def test_tracker_follows_motion_without_drift():
     rng, following = np.random.default_rng(0), tracker()
     for deflection in (1.0, 2.0, 3.0, 2.0, 1.0, 0.0):
         pixels = seen(bent(deflection), T_GRID, rng)
@@ -45,7 +45,7 @@ def test_a_film_to_and_fro_is_followed_without_drift():
     assert "wrong matches" in found.flags[-1]
 
 
-def test_a_line_that_is_held_by_its_deviations_holds_a_film():
+def test_tracker_accepts_soft_clamp_line():
     clamp = clamp_of_camera(FLAT, edge_pixels())
     firm = 1e-7 * np.ones(len(clamp.points))
     line = FixedLine(*clamp, firm, 10 * firm, FLAT.grid.angle)
@@ -60,7 +60,7 @@ def test_a_line_that_is_held_by_its_deviations_holds_a_film():
     np.testing.assert_allclose(held, clamp.values, atol=1e-6)
 
 
-def test_features_that_left_the_knots_are_refused():
+def test_features_outside_knots_are_rejected():
     pixels = seen(bent(0.0), T_GRID)
     with raises_code("outside-knots"):
         tracker().follow(pixels + [2500, 0])

@@ -78,7 +78,7 @@ def deflection_error(camera, deflection=5.0):
     ("quantity", "share", "degrees"),
     [("distance", 0.01, 0.08), ("inverse depth", 0.005, 0.04)],
 )
-def test_a_stage_from_noisy_corners_gives_deflection_and_rays(quantity, share, degrees):
+def test_update_from_noisy_corners_is_accurate(quantity, share, degrees):
     rng = np.random.default_rng(0)
     flat = spline_like(bent(0.0), 0.0, quantity=quantity)
     clamp = clamp_of_camera(flat, edge_pixels())
@@ -98,7 +98,7 @@ def test_a_stage_from_noisy_corners_gives_deflection_and_rays(quantity, share, d
     assert np.abs(found.pose.T_camera_grid - T_GRID).max() < 0.5
 
 
-def test_without_noise_a_mirror_of_the_splines_own_space_comes_back():
+def test_update_recovers_spline_mirror_without_noise():
     """Both stages are splines on knots over their own picture."""
     true = spline_like(bent(5.0), 5.0)
     after = seen(true, T_GRID)
@@ -109,7 +109,7 @@ def test_without_noise_a_mirror_of_the_splines_own_space_comes_back():
 
 
 @pytest.mark.parametrize("share", [0.1, 0.2])
-def test_wrong_matches_are_left_out_and_flagged(share):
+def test_update_rejects_and_flags_wrong_matches(share):
     rng = np.random.default_rng(1)
     before, after = shaken(BEFORE, rng), shaken(AFTER, rng)
     rows = np.flatnonzero(COMMON)
@@ -126,7 +126,7 @@ def test_wrong_matches_are_left_out_and_flagged(share):
     assert angles_deg(found.camera, 5.0).mean() < 0.06
 
 
-def test_a_known_scene_gives_the_shape_without_a_pose():
+def test_known_scene_gives_shape_without_pose():
     rng = np.random.default_rng(2)
     scene = transform(T_GRID, on_plane(GRID))
     found = update_from_scene(
@@ -136,7 +136,7 @@ def test_a_known_scene_gives_the_shape_without_a_pose():
     assert found.pose is None
 
 
-def test_no_feature_at_the_free_edge_is_refused_or_carried_and_flagged():
+def test_missing_edge_features_are_rejected_or_flagged():
     u = FLAT.grid.turned(np.nan_to_num(BEFORE / 7600 - [0.203, 0.153]))[:, 0]
     near = np.where((u < 0.04)[:, None], AFTER, np.nan)
     with raises_code("no-feature-at-end"):
@@ -152,7 +152,7 @@ def test_no_feature_at_the_free_edge_is_refused_or_carried_and_flagged():
     assert not found.support.missing()
 
 
-def test_support_is_counted_interval_by_interval():
+def test_support_counts_features_per_interval():
     grid = spline_grid([[0, 0], [1, 1]], (4, 3))
     p = np.array([[0.1, 0.5], [0.2, 0.9], [0.55, 0.2], [2, 2]])
     support = support_of(grid, p)
@@ -170,7 +170,7 @@ def test_support_is_counted_interval_by_interval():
     assert found.shape == (3, 3)
 
 
-def test_exchanged_pictures_and_too_few_corners_are_refused():
+def test_exchanged_images_and_few_corners_are_rejected():
     rng = np.random.default_rng(4)
     with raises_code("exchanged-images"):
         update_mirror(FLAT, shaken(AFTER, rng), shaken(BEFORE, rng), GRID, CLAMP, PRIOR)
@@ -185,7 +185,7 @@ def test_exchanged_pictures_and_too_few_corners_are_refused():
 
 
 @pytest.mark.parametrize("misfit", [0.0, 3e-4])
-def test_misfit_is_what_rays_are_off_beyond_noise(misfit):
+def test_misfit_is_ray_error_beyond_noise(misfit):
     """Noise of 0.1 mm and misfit, radians, at each of two components of a ray."""
     rng, reach = np.random.default_rng(13), reaches(4000)
     noise = 0.1 * rng.standard_normal((4000, 2))
@@ -207,7 +207,7 @@ def reaches(count):
     )
 
 
-def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
+def test_undetermined_shape_is_rejected():
     """One feature in the last interval: rank, but no knowledge of the edge."""
     u = FLAT.grid.turned(np.nan_to_num(AFTER / 7600 - [0.203, 0.153]))[:, 0]
     order = np.argsort(np.where(COMMON, u, -1))
@@ -234,7 +234,7 @@ def to_the_edge(reach, rng, swinging_deg=MAX_SWING_DEG, stage=update_mirror):
     return stage(flat, before, after, GRID, clamp, settings, outline=OUTLINE)
 
 
-def test_an_end_that_swings_though_residuals_are_small_is_named_and_rejected():
+def test_swinging_end_with_small_residuals_is_rejected():
     whole = to_the_edge(1.0, np.random.default_rng(7))
     assert not any("as evenly as" in flag for flag in whole.flags)
     assert angles_deg(whole.camera, 5.0).mean() < 0.1
@@ -248,7 +248,7 @@ def test_an_end_that_swings_though_residuals_are_small_is_named_and_rejected():
     assert angles_deg(wrong.camera, 5.0).max() > 4
 
 
-def test_the_linear_stage_is_that_of_the_update_also_where_that_is_rejected():
+def test_linear_stage_equals_that_of_update():
     shaken_by = partial(np.random.default_rng, 7)
     whole = to_the_edge(0.3, shaken_by(), np.inf).linear
     found = to_the_edge(0.3, shaken_by(), stage=linear_stage)
@@ -258,7 +258,7 @@ def test_the_linear_stage_is_that_of_the_update_also_where_that_is_rejected():
     np.testing.assert_array_equal(*(c.rays(pixels).origins for c in (found, whole)))
 
 
-def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
+def test_end_rotation_under_prior_measures_error():
     """A spline that swings at its free end by 0.002 of its inverse depth."""
     camera = spline_like(bent(5.0), 5.0)
     grid, even = camera.grid, camera.rays(visible_pixels(5.0)).origins
@@ -290,7 +290,7 @@ def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
         assert len(turns) == 2
 
 
-def test_the_pose_of_the_grid_is_in_the_covariance():
+def test_covariance_includes_grid_pose():
     """The same corners after: with the grid's place known, less is uncertain."""
     rng = np.random.default_rng(6)
     before, after = shaken(BEFORE, rng), shaken(AFTER, rng)
@@ -309,7 +309,7 @@ def test_the_pose_of_the_grid_is_in_the_covariance():
     assert spread > 1.1 * known
 
 
-def test_rays_are_as_uncertain_as_they_are_said_to_be():
+def test_ray_sd_predicts_errors():
     """The sheet is no spline: misfit counts beside noise; 1 would be exact."""
     squares, pixels, true = [], visible_pixels(5.0), bent(5.0)
     for seed in range(4):
@@ -330,9 +330,7 @@ def test_rays_are_as_uncertain_as_they_are_said_to_be():
 @pytest.mark.parametrize(
     ("degrees", "told"), [(0.29, "none"), (0.31, "flagged"), (5.1, "refused")]
 )
-def test_rays_next_to_a_knot_are_uncertain_from_a_third_of_a_degree_on(
-    degrees, told, monkeypatch
-):
+def test_knot_uncertainty_thresholds(degrees, told, monkeypatch):
     grid = FLAT.grid
 
     def one_of_them(places, *_):

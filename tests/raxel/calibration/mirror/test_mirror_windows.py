@@ -27,7 +27,7 @@ from raxel.lab.optics import (
 from tests.raised import raises_code
 
 
-def test_a_window_is_that_part_of_the_whole_picture():
+def test_window_equals_part_of_whole_image():
     rig = rig_named("ordinary-lens")
     scene = board_scene(rig.target, rig.draw_poses(np.random.default_rng(0), 1)[0])
     size = rig.camera.width, rig.camera.height
@@ -45,7 +45,7 @@ def test_a_window_is_that_part_of_the_whole_picture():
     assert windowed(rig, window).camera is part.camera
 
 
-def test_a_window_holds_what_it_is_put_around():
+def test_window_contains_its_content():
     rig = mirror_rig("A")
     camera = rig.camera(15.0)
     window = mirror_window(camera)
@@ -68,7 +68,7 @@ def test_a_window_holds_what_it_is_put_around():
         bands(window, 100, 24)
 
 
-def test_a_band_of_the_monitor_is_decoded_in_the_pixels_of_the_whole_picture():
+def test_window_decoding_uses_whole_image_pixels():
     rig = mirror_rig("A")
     camera = rig.camera(5.0, aberration_um=10, seed=1)
     (band,) = bands(mirror_window(camera), 1, 40)
@@ -85,7 +85,7 @@ def test_a_band_of_the_monitor_is_decoded_in_the_pixels_of_the_whole_picture():
     np.testing.assert_allclose(on_monitor, found.truth_mm[::500], atol=1e-4)
 
 
-def test_corners_are_not_looked_for_across_the_border_of_the_mirror():
+def test_corner_search_stays_inside_mirror():
     """Squares of 40 px, 195 px wide, in a picture that is dark around them."""
     v, u = np.mgrid[0:280, 0:280]
     squares = ((u + 20) // 40 + (v + 20) // 40) % 2 * 140 + 60
@@ -101,7 +101,7 @@ def test_corners_are_not_looked_for_across_the_border_of_the_mirror():
     assert np.isnan(taken.corners(np.array([[1239.5, 639.5]]))).all()
 
 
-def test_the_platter_shows_the_monitor_within_its_window():
+def test_flat_mirror_shows_monitor_in_window():
     rig = mirror_rig("B")
     platter = rig.platter()
     camera, window = platter_camera(rig, platter), platter_window(rig, platter)
