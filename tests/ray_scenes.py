@@ -60,7 +60,7 @@ def by_rig(rng, count, T, sd=1e-3, cameras=4, radius=100.0, depth=(500, 3000), *
     central cameras on a circle, sd radians.
 
     scene: flat, points on a plane; crossing=False: a point is seen by one and the same
-    camera; beside=False: all cameras in one place.
+    camera; spread=False: all cameras in one position.
     """
     angle = 2 * np.pi * np.arange(cameras) / cameras
     aims = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
@@ -75,7 +75,7 @@ def by_rig(rng, count, T, sd=1e-3, cameras=4, radius=100.0, depth=(500, 3000), *
         X, Y, first, second = (x[keep] for x in (X, Y, first, second))
     views = []
     for points, which in ((X[:count], first), (Y[:count], second)):
-        o = radius * aims[which[:count]] * scene.get("beside", True)
+        o = radius * aims[which[:count]] * scene.get("spread", True)
         d = unit(points - o)
         d = unit(d + sd * rng.standard_normal(d.shape))
         C = np.zeros((len(o), 6, 6))

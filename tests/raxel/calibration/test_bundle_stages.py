@@ -71,7 +71,7 @@ def clamp_rows(camera):
 
 @lru_cache
 def own_space():
-    """Mirrors that are splines, of one clamp, and pictures without noise."""
+    """Spline mirrors with one clamp, and noise-free images."""
     first = spline_camera(deflection=0.0)
     clamp, cameras = clamp_rows(first), [first]
     for deflection in DEFLECTIONS[1:]:
@@ -224,8 +224,8 @@ def test_bundle_fits_physical_sheet_and_reports_misfit():
             off = ray_errors(found.cameras[stage], true[stage], pixels)
             angles.append(np.degrees(np.nanmean(off)))
             among = found.among_corners(stage, pixels) & np.isfinite(off)
-            said = found.ray_sd(stage, pixels)[among]
-            ratios.append(np.mean(off[among] ** 2 / 2) / np.mean(said**2))
+            message = found.ray_sd(stage, pixels)[among]
+            ratios.append(np.mean(off[among] ** 2 / 2) / np.mean(message**2))
     assert np.all(np.reshape(angles, (4, 3)).mean(axis=0) < [0.03, 0.05, 0.08])
     assert 0.5 < np.mean(ratios) < 2
     assert np.all(np.reshape(ratios, (4, 3)).mean(axis=0) < 3)
@@ -316,16 +316,16 @@ def test_bundle_noise_of_few_corners_is_unbiased():
 
 def test_misfit_threshold_separates_noise():
     rng, problem = np.random.default_rng(42), seen_by([0, 1], 12)
-    told = {1.0: [], 1.25: []}
+    reported = {1.0: [], 1.25: []}
     for _ in range(1000):
         # Of 424 numbers, 24 are taken by what is fitted: a deviation is 0.07.
         off = rng.standard_normal(424)
         off *= np.sqrt(400 / 424)
-        for variance, found in told.items():
+        for variance, found in reported.items():
             views = np.sqrt(variance) * off.reshape(2, 106, 2)
             found.append(np.any(_widening(problem, views) != 1))
-    assert np.mean(told[1.0]) < 0.01
-    assert np.mean(told[1.25]) > 0.6
+    assert np.mean(reported[1.0]) < 0.01
+    assert np.mean(reported[1.25]) > 0.6
 
 
 def test_misfit_weight_is_independent_of_corner_count():

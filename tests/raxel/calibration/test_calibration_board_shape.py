@@ -27,7 +27,7 @@ COUNT, NOISE_PX, FOCAL_PX = 12, 0.05, 100.0
 
 
 def asked_for(gain, monkeypatch, count=20):
-    """(used, px of what was there, px of what is asked for), where boards kept out gain
+    """(used, px of the given shape, px of the tested one), where held-out boards gain
     so many px^2, each."""
     formula = LensFormula("kannala-brandt", 2, 0, 0)
     none, fit = np.zeros((count, 4, 2)), FormulaFit(formula, None)
@@ -117,12 +117,12 @@ def test_board_shape_is_estimated_with_camera(values, used):
 
 
 @pytest.mark.parametrize("photographs", [6, 30])
-def test_wald_test_follows_f_distribution(photographs):
+def test_wald_test_follows_f_distribution(n_images):
     """Of two numbers the law has a closed form: (1 + q / n)^(-n / 2)."""
     covariance = np.array([[4.0, 1.0], [1.0, 2.0]])
     values = np.array([6.0, -3.0])
-    square, free = values @ np.linalg.inv(covariance) @ values, photographs - 1
-    assert _wald(values, covariance, photographs) == pytest.approx(
+    square, free = values @ np.linalg.inv(covariance) @ values, n_images - 1
+    assert _wald(values, covariance, n_images) == pytest.approx(
         (1 + square / free) ** (-free / 2)
     )
 
@@ -151,12 +151,12 @@ def test_covariance_is_of_corners_not_weights():
 
     def alone(boards):
         found = lens_bundle.adjusted(formula, start, poses, boards, "tukey")
-        told = covariance_of(FormulaFit(formula, found), boards)
+        reported = covariance_of(FormulaFit(formula, found), boards)
         far = np.full(len(poses), 1e6)
         exact = formula, found.values, found.T_camera_grid
         normal = lens_bundle.board_information(*exact, boards, far)[0].sum(axis=0)
         squares = NOISE_PX**2 * np.linalg.inv(normal)
-        return np.mean(np.diag(told.alone) / np.diag(squares))
+        return np.mean(np.diag(reported.alone) / np.diag(squares))
 
     assert alone(boards) == pytest.approx(1.02, abs=0.06)
     off = rng.random(boards.seen.shape) < wrong
@@ -269,7 +269,7 @@ def test_repeated_boards_add_no_information():
     start = np.array([FOCAL_PX, FOCAL_PX, 122.0, 88.0, 0.0, 0.0])
     formula, once = LensFormula("kannala-brandt", 2, 0, 0), np.arange(COUNT)
 
-    def told(of, copies=None):
+    def reported(of, copies=None):
         poses = board_poses(4, COUNT)
         views = views_of(poses, noise=NOISE_PX, seed=4)
         corners = [(views[k].pixels[::3], views[k].points[::3]) for k in of]
@@ -280,10 +280,10 @@ def test_repeated_boards_add_no_information():
         return sd, np.log10(board_test(fit, boards).p_bends)
 
     thrice = np.repeat(once, 3)
-    (sd, bends), single = told(thrice, thrice), told(once)
+    (sd, bends), single = reported(thrice, thrice), reported(once)
     assert sd / single[0] == pytest.approx(1, abs=0.1)
     assert bends == pytest.approx(single[1], abs=0.3)
-    alone = told(thrice)
+    alone = reported(thrice)
     assert alone[0] < 0.7 * single[0]
     assert alone[1] < 2 * single[1]
 

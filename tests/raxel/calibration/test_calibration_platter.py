@@ -76,8 +76,8 @@ def test_common_rotation_is_no_grid_motion():
 
 @pytest.mark.parametrize("places", [1, 2])
 def test_flat_mirror_poses_are_exact_without_noise(places):
-    pictures, grids = platter_scene(places=places)
-    found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    flat_images, grids = platter_scene(places=places)
+    found = grid_poses_in_platter(VIEWER, flat_images, THICKNESS)
     np.testing.assert_allclose(found.T_camera_grid, grids, atol=1e-8)
     motion = found.motion(0, 1, MIDDLE)
     assert motion.distance == pytest.approx(100.0, abs=1e-8)
@@ -85,12 +85,12 @@ def test_flat_mirror_poses_are_exact_without_noise(places):
 
 
 def test_jacobian_equals_differences():
-    pictures, _ = platter_scene(np.random.default_rng(1), 0.2, places=2)
+    flat_images, _ = platter_scene(np.random.default_rng(1), 0.2, places=2)
     problem = _Problem(
-        [sighting(VIEWER, p.board, "") for p in pictures],
-        [sighting(VIEWER, p.grid, "") for p in pictures],
-        np.array([p.platter for p in pictures]),
-        np.array([p.position for p in pictures]),
+        [sighting(VIEWER, p.board, "") for p in flat_images],
+        [sighting(VIEWER, p.grid, "") for p in flat_images],
+        np.array([p.platter for p in flat_images]),
+        np.array([p.position for p in flat_images]),
         THICKNESS,
     )
     state = problem.start()
@@ -106,8 +106,8 @@ def test_jacobian_equals_differences():
 def test_covariance_predicts_errors():
     squared, motions = [], []
     for seed in range(12):
-        pictures, grids = platter_scene(np.random.default_rng(seed), 0.2, places=2)
-        found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+        flat_images, grids = platter_scene(np.random.default_rng(seed), 0.2, places=2)
+        found = grid_poses_in_platter(VIEWER, flat_images, THICKNESS)
         R = found.T_camera_grid[:, :3, :3]
         turn = vector_from_rotation(np.swapaxes(R, 1, 2) @ grids[:, :3, :3])
         shift = grids[:, :3, 3] - found.T_camera_grid[:, :3, 3]
@@ -124,14 +124,14 @@ def test_covariance_predicts_errors():
 
 
 def test_unknown_corner_noise_follows_from_scatter():
-    pictures, _ = platter_scene(np.random.default_rng(5), 0.2, places=2)
-    told = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    flat_images, _ = platter_scene(np.random.default_rng(5), 0.2, places=2)
+    reported = grid_poses_in_platter(VIEWER, flat_images, THICKNESS)
     bare = [
         p._replace(board=p.board._replace(sd=None), grid=p.grid._replace(sd=None))
-        for p in pictures
+        for p in flat_images
     ]
     found = grid_poses_in_platter(VIEWER, bare, THICKNESS)
-    ratio = np.diag(found.covariance) / np.diag(told.covariance)
+    ratio = np.diag(found.covariance) / np.diag(reported.covariance)
     # 0.04 px^2, known to a few per cent by so many corners.
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-3)
     assert ratio[0] == pytest.approx(1, abs=0.1)
@@ -156,13 +156,13 @@ def test_flat_mirror_rejects_impossible_images():
         grid_poses_in_platter(VIEWER, [exchanged], THICKNESS)
     with pytest.raises(InputError, match="field 'position'"):
         grid_poses_in_platter(VIEWER, [second], THICKNESS)
-    with pytest.raises(InputError, match="field 'thickness': found 400"):
+    with pytest.raises(InputError, match="field 'thickness': 400"):
         grid_poses_in_platter(VIEWER, [first], 400)
     moved = second._replace(position=0)
     with raises_code("poses-misfit"):
         grid_poses_in_platter(VIEWER, [first, moved], THICKNESS)
     none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
-    with pytest.raises(CalibrationError, match="picture 0: grid"):
+    with pytest.raises(CalibrationError, match="image 0: the mirror image"):
         grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
 
 
@@ -176,9 +176,9 @@ def few(seen, rng):
 
 def test_flat_mirror_noise_of_few_corners_is_unbiased():
     """Of six corners of the board and six of the monitor, half of all numbers."""
-    told, rng, (picture, *_) = [], np.random.default_rng(6), platter_scene()[0]
+    reported, rng, (result, *_) = [], np.random.default_rng(6), platter_scene()[0]
     for _ in range(12):
-        parts = [few(part, rng) for part in picture[:2]]
+        parts = [few(part, rng) for part in result[:2]]
         known, found = (
             grid_poses_in_platter(
                 VIEWER,
@@ -187,9 +187,9 @@ def test_flat_mirror_noise_of_few_corners_is_unbiased():
             )
             for sd in (np.full(6, 0.2), None)
         )
-        told.append(found.covariance[0, 0] / known.covariance[0, 0])
+        reported.append(found.covariance[0, 0] / known.covariance[0, 0])
     # Of 12 draws of a chi square with twelve, the mean is known to 12 %.
-    assert np.mean(told) == pytest.approx(1, abs=0.35)
+    assert np.mean(reported) == pytest.approx(1, abs=0.35)
 
 
 @pytest.mark.parametrize("turn", [0, 13, 29, 44, 71])

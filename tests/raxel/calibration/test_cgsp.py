@@ -1,4 +1,4 @@
-"""CGSP's linear stage: exactness, invariance, outliers, what it refuses."""
+"""Linear stage of CGSP: exactness, invariance, outliers, rejected input."""
 
 import numpy as np
 import pytest
@@ -52,11 +52,11 @@ def test_grid_parallel_to_base_is_harmless_among_others(pinhole, noise):
 
 
 @pytest.mark.parametrize(
-    ("nonsense", "said"), [({"side": 0}, "side: 0"), ({"pinhole": "none"}, "'none'")]
+    ("nonsense", "message"), [({"side": 0}, "side: 0"), ({"pinhole": "none"}, "'none'")]
 )
-def test_unknown_side_or_method_is_rejected(nonsense, said):
+def test_unknown_side_or_method_is_rejected(nonsense, message):
     _, _, _, points = scene(1)
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         linear_cgsp(points, **{"side": 1} | nonsense)
 
 
@@ -112,27 +112,27 @@ def test_majority_of_outliers_is_rejected():
     wrong = rng.random(points.shape[1]) < 0.6
     points[2] += wrong[:, None] * rng.uniform(-80, 80, points[2].shape)
     for robust in ("ransac", 0.35):
-        with pytest.raises(CalibrationError, match=r"grid 2 .*\((5[6-9]|6.) %\)"):
+        with pytest.raises(CalibrationError, match=r"grid 2 .*: 1[12].. of 2000"):
             linear_cgsp(points, side=1, robust=robust, rng=rng)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 @pytest.mark.parametrize(
-    ("vectors", "said"),
+    ("vectors", "message"),
     [
         (([0, 0, 0], [0.3, 0.2, 0.1]), "grid 1"),
         (([0.3, 0.2, 0.1], [0, 0, 0.5]), "grid 2"),
         (([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]), "grids"),
     ],
 )
-def test_parallel_grids_are_rejected_by_name(vectors, said, noise):
+def test_parallel_grids_are_rejected_by_name(vectors, message, noise):
     centre = np.array([10.0, -20.0, 600.0])
     _, T, directions, _ = scene(3)
     shifts = np.array([[20.0, 30.0, -60.0], [-30.0, 10.0, 90.0]])
     T[1:] = pose(rotation_from_vector(np.array(vectors, float)), shifts)
     points, _ = meet_grids(centre, directions, T)
     points += noise * np.random.default_rng(0).normal(size=points.shape)
-    with pytest.raises(CalibrationError, match=said):
+    with pytest.raises(CalibrationError, match=message):
         linear_cgsp(points, side=1)
 
 

@@ -1,4 +1,4 @@
-"""The clamped edge of a mirror: its line in the picture, and what is fixed there."""
+"""The clamped edge of a mirror: its line in the image, and the fixed quantities."""
 
 from types import SimpleNamespace
 
@@ -49,12 +49,12 @@ def plane_camera(quantity, shift=0.0, turn=0.0, ends=ENDS):
 
 
 def edge_at(y):
-    """x of a mirror's left edge in a picture without distortion, px."""
+    """x of a mirror's left edge in an image without distortion, px."""
     return 120 + 0.07 * y
 
 
 def picks_of(monkeypatch, given, sd_px, wave=0.0):
-    """ClampPicks by given points in a picture of the edge; wave: px, of its waves."""
+    """ClampPicks by given points in an image of the edge; wave: px, of its waves."""
     v, u = np.mgrid[:200, :300]
     inside = edge_at(v) + wave * np.sin(v / 8) - u
     monkeypatch.setattr(
@@ -166,7 +166,7 @@ def test_replacement_line_sd_follows_its_motion(quantity):
 
 
 def test_missing_clamp_line_is_rejected():
-    with pytest.raises(InputError, match="2 picks"):
+    with pytest.raises(InputError, match="2 points"):
         clamp_line(VIEWER, picks_on_line(2))
     scattered = np.random.default_rng(2).uniform(500, 1500, (9, 2))
     with raises_code("bent-clamp-line"):
@@ -180,7 +180,7 @@ def test_missing_clamp_line_is_rejected():
 
 
 def test_displaced_line_is_held_with_its_sd():
-    """0.01 in the picture are some mm on the mirror, others at each of its points."""
+    """0.01 in the image are some mm on the mirror, different at each point."""
     camera, off = plane_camera("distance"), 0.01
     line = clamp_line(VIEWER, picks_on_line())
     pushed = {"length": 150.0, "deflection": 15.0}

@@ -216,7 +216,7 @@ def test_bad_input_is_rejected_in_one_line():
     both = meet_grids(flat[0], flat[2], parallel)
     with raises_code("parallel-grids"):
         adjust_consistent(*both, flat[0], parallel)
-    with pytest.raises(InputError, match="loss 'l1'"):
+    with pytest.raises(InputError, match="loss: found 'l1'"):
         adjust_consistent(points, seen, centre, T, loss="l1")
     for sigma in (0.0, np.ones(len(points)), np.ones(points.shape[1])):
         with pytest.raises(InputError, match="sigma"):

@@ -79,7 +79,7 @@ def test_dense_residual_equals_noise():
     views = grids_of(POSES, FISHEYE, NOISE_MM)
     found = calibrate_generic(views, WIDTH, HEIGHT, rng=np.random.default_rng(0))
     exact = grids_of(POSES, FISHEYE)
-    # A ray hangs on one to five points 130 mm away, each off by 0.05 mm along an axis.
+    # A ray depends on one to five points 130 mm away, each with an error of 0.05 mm
     off = rays_off(found.camera, exact)
     assert 0.2 < np.sqrt(np.mean(off**2)) / (np.sqrt(2) * NOISE_MM / 130) < 1
     scores = evaluate_camera(found.camera, grids_of(POSES, FISHEYE, NOISE_MM, seed=1))
@@ -149,7 +149,7 @@ def test_mirrored_grid_is_flipped():
 
 
 @pytest.mark.parametrize(
-    ("location", "more", "told"),
+    ("location", "more", "message"),
     [
         (np.zeros((9, 9)), {}, r"location: .*\(9, 9\)"),
         (np.zeros((9, 9, 2)), {}, "found 81 "),
@@ -158,8 +158,8 @@ def test_mirrored_grid_is_flipped():
         (np.full((20, 20, 2), [np.nan, 1.0]), {}, "found 0 "),
     ],
 )
-def test_dense_view_rejects_invalid_input(location, more, told):
-    with pytest.raises(InputError, match=f"one: {told}"):
+def test_dense_view_rejects_invalid_input(location, more, message):
+    with pytest.raises(InputError, match=f"one: {message}"):
         dense_view(location, **more, name="one")
 
 

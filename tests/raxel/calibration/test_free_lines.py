@@ -29,8 +29,8 @@ def test_line_offsets_follow_poses():
 
     step = 1e-5 * np.random.default_rng(5).standard_normal(18)
     due = (offsets(step) - offsets(-step)) / 2
-    told = lines.offset_of_poses[lines.used] @ step
-    np.testing.assert_allclose(told, due, atol=1e-3 * np.abs(due).max())
+    reported = lines.offset_of_poses[lines.used] @ step
+    np.testing.assert_allclose(reported, due, atol=1e-3 * np.abs(due).max())
 
 
 def test_crossing_grids_determine_no_line():

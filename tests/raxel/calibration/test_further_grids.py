@@ -93,7 +93,7 @@ def test_wrong_first_points_do_not_widen_threshold():
 
     def place(rays, seen, rng, threshold):
         limits.append(threshold)
-        raise CalibrationError("asked for its limit alone")
+        raise CalibrationError("only its limit is tested")
 
     calibrate_central(points, start, place, np.random.default_rng(1))
     assert len(limits) == 2

@@ -1,4 +1,4 @@
-"""Algorithm 1 from chessboards to the table, and what it refuses."""
+"""Algorithm 1 from chessboards to the table, and rejected input."""
 
 from types import SimpleNamespace
 

@@ -25,7 +25,7 @@ NOISE_MM = 0.05
 
 
 class Sampled(Exception):
-    """How many pixels were asked for."""
+    """Number of requested pixels."""
 
 
 @pytest.fixture(autouse=True)
@@ -200,9 +200,9 @@ def test_centrality_test_limits_correlated_pixels(monkeypatch, every_pixel):
     view = SimpleNamespace(
         every_pixel=every_pixel, columns=9, rows=7, area=lambda: 4900.0, sd=None
     )
-    with pytest.raises(Sampled) as told:
+    with pytest.raises(Sampled) as reported:
         centrality_of_views([view] * 3, 100, 80, np.tile(np.eye(4), (3, 1, 1)))
-    assert told.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))
+    assert reported.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))
 
 
 def test_grid_points_keep_their_pixel_sigma(monkeypatch):

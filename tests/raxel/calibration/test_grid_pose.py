@@ -183,7 +183,7 @@ def test_bad_input_is_rejected_in_one_line():
     directions, points, rng = exact(9, count=20)
     line = np.column_stack([points[:, 0], 2 * points[:, 0]])
     on_line = unit(transform(T_TRUE, lifted(line)))
-    refused = [
+    rejected = [
         ("too-few-rays", lambda: linear_grid_pose(directions[:3], points[:3])),
         ("normal", lambda: linear_grid_pose(
             directions, points, normal=[0.0, 0.0, 0.0])),
@@ -197,7 +197,7 @@ def test_bad_input_is_rejected_in_one_line():
         ("too-few-points", lambda: refine_pose_angular(
             directions[:3], points[:3], T_TRUE)),
     ]  # fmt: skip
-    for code, call in refused:
+    for code, call in rejected:
         with raises_code(code):
             call()
 
@@ -209,5 +209,5 @@ def test_unknown_noise_uses_six_parameters(count):
     directions = shaken(directions, 1e-3, rng)
     own = refine_pose_angular(directions, points, T_TRUE)
     variance = count * own.rms**2 / (2 * count - 6)
-    told = refine_pose_angular(directions, points, T_TRUE, sigma=np.sqrt(variance))
-    np.testing.assert_allclose(own.covariance, told.covariance, rtol=1e-4)
+    reported = refine_pose_angular(directions, points, T_TRUE, sigma=np.sqrt(variance))
+    np.testing.assert_allclose(own.covariance, reported.covariance, rtol=1e-4)

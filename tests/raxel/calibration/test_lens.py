@@ -127,9 +127,9 @@ def test_lens_rejects_degenerate_boards():
     views = boards(true, 3, (0.0, 0.3), seed=6)
     with pytest.raises(InputError, match="1 view"):
         calibrate_lens(views[:1], *SIZE, "unified")
-    with pytest.raises(ValueError, match="law: 'brown'"):
+    with pytest.raises(ValueError, match="law: found 'brown'"):
         calibrate_lens(views, *SIZE, "brown")
-    with pytest.raises(ValueError, match="pupil: 'maybe'"):
+    with pytest.raises(ValueError, match="pupil: found 'maybe'"):
         calibrate_lens(views, *SIZE, "unified", pupil="maybe")
 
 

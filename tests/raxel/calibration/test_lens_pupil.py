@@ -66,12 +66,12 @@ def test_pupil_shift_needs_minimum_gain(gain_px, chance, verdict):
     assert _pupil_verdict(moving_px, np.hypot(moving_px, gain_px), chance) == RESTS
 
 
-def told(verdict, central_px, moving_px):
+def reported(verdict, central_px, moving_px):
     return PupilTest(1e-9, central_px, moving_px, 0.01, 2.0, 0.1, verdict)
 
 
 def law(name, *test):
-    return TestedLaw(name, None, None, told(*test))
+    return TestedLaw(name, None, None, reported(*test))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_better_law_must_agree_on_pupil(own, other, verdict):
 
 
 def test_undecided_pupil_is_printed():
-    pupil = told(UNDECIDED, 0.3, 0.29)._asdict() | {"moves": False, "against": None}
+    pupil = reported(UNDECIDED, 0.3, 0.29)._asdict() | {"moves": False, "against": None}
     (line,) = lines({"pupil": pupil}, "mm")
     assert line == (
         "whether the entrance pupil moves is undecided, and it is taken to stand "

@@ -158,7 +158,7 @@ def test_too_few_grids_or_rays_are_rejected():
 
 
 def test_duplicate_points_do_not_count_as_rays():
-    """Noise is told by what N points leave beside the five numbers that they fix."""
+    """N points determine five parameters; their residuals estimate the noise."""
     points = scene(0)[3][:2, :8]
     points = points + np.random.default_rng(2).normal(0, 0.1, points.shape)
     once, twice = (

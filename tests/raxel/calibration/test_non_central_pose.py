@@ -79,10 +79,10 @@ def test_other_tilt_has_similar_image():
     middle = transform(T_TRUE, on_plane(GRID.mean(axis=0)[None]))[0]
     sight = (middle - viewpoint) / np.linalg.norm(middle - viewpoint)
     across = np.eye(3) - np.outer(sight, sight)
-    pictures = [
+    flat_images = [
         (transform(T, on_plane(GRID)) - middle) @ across for T in (T_TRUE, other)
     ]
-    np.testing.assert_allclose(*pictures, atol=1e-9)
+    np.testing.assert_allclose(*flat_images, atol=1e-9)
 
 
 def test_non_central_covariance_holds_for_few_corners():

@@ -26,8 +26,8 @@ def tilted(*degrees):
         ((0, 180, 179, 1), 3, True),
     ],
 )
-def test_tilt_check_counts_tilted_boards(degrees, needed, refused):
-    if refused:
+def test_tilt_check_counts_tilted_boards(degrees, needed, rejected):
+    if rejected:
         with raises_code("parallel-grids"):
             check_tilts(tilted(*degrees), "method", needed)
     else:

@@ -1,4 +1,4 @@
-"""A pinhole calibrated as users ask for it: with a board that is not flat."""
+"""Pinhole calibration with a board that is not flat."""
 
 import numpy as np
 import pytest
@@ -24,16 +24,16 @@ def test_pinhole_estimates_bent_board():
     sd = np.sqrt(np.diag(found.covariance))[:4]
     true = np.array([K[0, 0], K[1, 1], *K[:2, 2]])
     assert np.abs((found.values[:4] - true) / sd).max() < 4
-    told = found.camera.K
+    reported = found.camera.K
     np.testing.assert_allclose(
-        [told[0, 0], told[1, 1], *told[:2, 2]], found.values[:4], rtol=1e-12
+        [reported[0, 0], reported[1, 1], *reported[:2, 2]], found.values[:4], rtol=1e-12
     )
     assert sd.max() < 0.5
 
 
 @pytest.mark.parametrize(("together_px", "low", "high"), [(0.0, 0.8, 1.3), (0.3, 2, 9)])
 def test_pinhole_covariance_includes_common_errors(together_px, low, high):
-    """A wave over each photograph, of a height of its own, as a bent sheet makes."""
+    """A wave over each image, with its own height, as of a bent sheet."""
     camera, rng = PerspectiveCamera(K, [], WIDTH, HEIGHT), np.random.default_rng(6)
     wave = np.sin(BOARD @ [0.04, 0.03])[:, None]
     views = [

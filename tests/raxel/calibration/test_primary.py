@@ -86,8 +86,8 @@ def test_primary_fits_bent_sheet_with_noise():
     """0.2 px on boards, 5 um on the monitor: rays as the clean bench gives them."""
     true = flexible_camera(viewer=small())
     rng = np.random.default_rng(5)
-    pictures, _ = platter_scene(rng, 0.2, places=3, pitch=3.0, grid_sd=0.07)
-    poses = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    flat_images, _ = platter_scene(rng, 0.2, places=3, pitch=3.0, grid_sd=0.07)
+    poses = grid_poses_in_platter(VIEWER, flat_images, THICKNESS)
     views = lit_views(true, GRIDS, rng, 0.005)
     found = calibrate_primary(true.viewer, views, poses)
     assert np.mean(found.mirror.misses) < 0.05
@@ -142,15 +142,15 @@ def test_primary_rejects_wrong_corner():
     views[0].pixels[k] += [150.0, 0.0]
     found = calibrate_primary(VIEWER, views, BOARDS, span=true.grid.corners)
     np.testing.assert_allclose(found.camera.coefficients, true.coefficients, rtol=1e-7)
-    assert "left out as wrong" in found.flags[0]
+    assert "rejected as outliers" in found.flags[0]
 
 
 def test_primary_covariance_includes_pose_errors():
     true = spline_camera(viewer=small(24))
     rng, squared = np.random.default_rng(7), []
     for _ in range(6):
-        pictures, _ = platter_scene(rng, 0.2, places=2)
-        poses = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+        flat_images, _ = platter_scene(rng, 0.2, places=2)
+        poses = grid_poses_in_platter(VIEWER, flat_images, THICKNESS)
         found = calibrate_primary(
             true.viewer,
             lit_views(true, GRIDS, rng, 0.005),

@@ -222,7 +222,7 @@ def test_window_correlation_reduces_weight():
         smooth = (of_windows + padded[:-7, :-7]) / 7
         sums.append(np.sum(smooth**2))
     inflated = np.var(sums) / (2 * smooth.size)
-    # At the rim of so small a picture there are fewer neighbours.
+    # At the edge of so small an image there are fewer neighbours.
     assert inflated == pytest.approx(correlation(7), rel=0.25)
 
 

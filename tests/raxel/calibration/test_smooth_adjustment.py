@@ -123,7 +123,8 @@ def test_spline_noise_decreases_with_boards():
 
 def test_spline_noise_of_few_corners_is_unbiased():
     """Of a dozen coordinates of a board six are spent on where it is; and the field,
-    of which corners tell some eighteen numbers, takes a seventh of what is left."""
+    of which corners determine about eighteen parameters, takes a seventh
+    of what is left."""
     found = []
     for seed in range(4):
         _, seen, start, rng = scene(40 + seed, 0.3, count=20)

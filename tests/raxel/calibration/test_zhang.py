@@ -1,4 +1,4 @@
-"""The standard perspective method and what it refuses."""
+"""The standard perspective method and rejected input."""
 
 import numpy as np
 import pytest

@@ -20,7 +20,7 @@ from raxel.geometry import inverse_pose, rotate, transform
 K = [[1600, 0, 319.5], [0, 1600, 239.5], [0, 0, 1]]
 VIEWER = PerspectiveCamera(K, [-0.2, 0.1], 640, 480)
 SIZE = (160.0, 100.0)
-# Half a turn about this axis puts the clamp to the right and slants the sheet.
+# 180 degrees about this axis puts the clamp to the right and slants the sheet.
 HALF_TURN = np.pi * np.array([np.sin(np.pi / 12), 0, np.cos(np.pi / 12)])
 SHEET = {
     "viewer": VIEWER,

@@ -36,7 +36,7 @@ def pixels_of(seed, count=300):
 
 
 def like(camera, quantity, shape=(7, 5), degree=(2, 2), angle=0.2):
-    """The spline nearest to a mirror over most of the picture."""
+    """The spline closest to a mirror over most of the image."""
     seen = VIEWER.rays(pixels_of(1, 4000)).directions
     grid = spline_grid(seen[:, :2] / seen[:, 2:], shape, degree, angle)
     points = camera.rays(pixels_of(2, 4000)).origins
@@ -156,7 +156,7 @@ def test_undetermined_coefficients_are_rejected():
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_points_behind_viewer_are_invalid(quantity):
-    """What lies there has the place in the picture of points ahead."""
+    """Points there have the image position of points in front."""
     rays = BULGE.rays(pixels_of(2, 500))
     points = rays.origins[rays.valid]
     grid = spline_grid(points[:, :2] / points[:, 2:], (4, 4))

@@ -1,4 +1,4 @@
-"""Damped least squares: a bent valley, units, and a start that is none."""
+"""Damped least squares: a curved valley, units, and an invalid start."""
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def test_non_finite_start_is_rejected():
 
 
 def test_large_constant_residual_does_not_stop_descent():
-    """An angle falls to zero beside a residual of 100; Gauss's own step climbs."""
+    """An angle falls to zero next to a residual of 100; the undamped step climbs."""
     found, *_ = descend(
         lambda x: gauss_newton(
             np.array([np.arctan(x[0]), 100.0]),

@@ -115,14 +115,14 @@ def test_streamed_homography_skips_outliers_and_missing():
 def test_homography_covariance_predicts_scatter():
     rng = np.random.default_rng(16)
     source, target = noisy_pairs(rng, 100)
-    draws, said = [], 0.0
+    draws, message = [], 0.0
     for _ in range(300):
         fit = fit_homography(source, target + rng.normal(0, 0.5, (100, 2)), H_TRUE)
         draws.append(fit.H.ravel())
-        said = said + fit.covariance / 300
+        message = message + fit.covariance / 300
     found = np.cov(np.transpose(draws))
     # 300 draws give a standard deviation to 4 %; the DLT's equations have it unequal.
-    ratio = np.sqrt(np.diag(said) / np.diag(found))
+    ratio = np.sqrt(np.diag(message) / np.diag(found))
     assert np.all((ratio > 0.85) & (ratio < 1.15))
 
 
@@ -206,7 +206,7 @@ def test_line_at_infinity_has_no_image():
 
 @pytest.mark.parametrize("sigma", [0.02, 3.0])
 def test_robust_start_cuts_at_sigmas(sigma):
-    """A standard deviation per axis, told by the pairs' distances."""
+    """A standard deviation per axis, estimated from the pairs' distances."""
     rng = np.random.default_rng(7)
     source, target = noisy_pairs(rng, 8000, sigma)
     _, limit = robust_start(source, target, rng)
@@ -218,24 +218,24 @@ def test_robust_start_cuts_at_sigmas(sigma):
 square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 line = np.outer(np.arange(9.0), [1, 2]) + [5, 6]
 scattered = np.random.default_rng(12).normal(size=(9, 2))
-REFUSED = {
+REJECTED = {
     "three points": (square[:3], square[:3], "at least 4|at least four"),
-    "not a number": (square * [1, np.nan], square, "not finite|0 pairs"),
+    "not a number": (square * [1, np.nan], square, "not finite|0 usable pairs"),
     "shapes differ": (square, square[:3], "two equal arrays"),
-    "all on one line": (line, scattered, "on one line"),
-    "target on one line": (scattered, line, "on one line"),
+    "all on one line": (line, scattered, "collinear"),
+    "target on one line": (scattered, line, "collinear"),
     "three of four on one line": (
         np.array([[0, 0], [1, 0], [2, 0], [0, 1.0]]),
         np.array([[0, 0], [1, 0], [2, 0], [0, 1.0]]),
-        "on one line",
+        "collinear",
     ),
-    "one point repeated": (np.ones((6, 2)), scattered[:6], "all points are the same"),
+    "one point repeated": (np.ones((6, 2)), scattered[:6], "all points are equal"),
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
+@pytest.mark.parametrize("case", REJECTED)
 def test_homography_rejects_degenerate_points(case):
-    source, target, text = REFUSED[case]
+    source, target, text = REJECTED[case]
 
     with pytest.raises(InputError, match=text):
         homography_dlt(source, target)
@@ -258,15 +258,15 @@ def test_homography_covariance_of_few_pairs_is_unbiased():
         np.random.default_rng(9),
         np.random.default_rng(8).uniform(0, 9, (7, 2)),
     )
-    exact, told = apply_homography(H_TRUE, source), []
+    exact, reported = apply_homography(H_TRUE, source), []
     for _ in range(200):
         target = exact + 1e-4 * rng.standard_normal((7, 2))
-        told.append(np.trace(fit_homography(source, target, H_TRUE).covariance))
+        reported.append(np.trace(fit_homography(source, target, H_TRUE).covariance))
     many = np.tile(source, (3000, 1))
     target = apply_homography(H_TRUE, many) + 1e-4 * rng.standard_normal(many.shape)
     right = 3000 * np.trace(fit_homography(many, target, H_TRUE).covariance)
     # Of 200 draws of a chi square with six, the mean is known to 4 %.
-    assert np.mean(told) == pytest.approx(right, rel=0.15)
+    assert np.mean(reported) == pytest.approx(right, rel=0.15)
 
 
 @given(seeds)

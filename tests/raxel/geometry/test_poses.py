@@ -122,5 +122,5 @@ def test_fit_pose_rejects_degenerate_points():
         fit_pose(line, line)
     with pytest.raises(InputError, match="at least three"):
         fit_pose(line[:2], line[:2])
-    with pytest.raises(InputError, match="not finite"):
+    with pytest.raises(InputError, match="must be finite"):
         fit_pose(line, line * np.nan)

@@ -125,13 +125,13 @@ def test_panorama_is_black_without_rays(camera, view):
     taller = view._replace(
         height=view.height + 80, horizon=view.horizon + 40, centre=camera.centre
     )
-    picture = resample(
+    result = resample(
         np.full((240, 320, 3), 200, np.uint8), source_pixels(camera, taller)
     )
-    assert picture.shape == (taller.height, WIDTH, 3)
-    assert not picture[:30].any()
-    assert not picture[-30:].any()
-    assert np.all(picture[60:-60] == 200)
+    assert result.shape == (taller.height, WIDTH, 3)
+    assert not result[:30].any()
+    assert not result[-30:].any()
+    assert np.all(result[60:-60] == 200)
 
 
 def test_upward_fisheye_has_horizon_at_edge():

@@ -103,14 +103,14 @@ def test_relative_pose_rejects_degenerate_pairs():
     flat = rng.uniform([-2, -2, 5], [2, 2, 5], (50, 3))
     turn = pose(T_TRUE[:3, :3], np.zeros(3))
     X = rng.standard_normal((50, 3))
-    refused = [
+    rejected = [
         ("degenerate-points", unit(flat), unit(transform(T_TRUE, flat))),
         ("degenerate-points", unit(X), unit(transform(turn, X))),
         ("too-few-rays", unit(X[:7]), unit(X[:7])),
         ("shape", unit(X[:9]), unit(X[:8])),
         ("not-finite", np.where(np.arange(50)[:, None] == 3, np.nan, X), X),
     ]
-    for code, d_1, d_2 in refused:
+    for code, d_1, d_2 in rejected:
         with raises_code(code):
             relative_pose(d_1, d_2)
 

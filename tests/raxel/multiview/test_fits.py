@@ -211,44 +211,44 @@ def test_shape_sigma_follows_from_scatter(rng, shape):
     assert measured.sigma == pytest.approx(0.5, rel=0.15)
     assert given.sigma == pytest.approx(1.0, rel=0.15)
     share = measured.covariance / given.covariance
-    told = np.abs(given.covariance) > 1e-6 * np.abs(given.covariance).max()
-    np.testing.assert_allclose(share[told], (measured.sigma / 0.5) ** 2, rtol=1e-6)
+    reported = np.abs(given.covariance) > 1e-6 * np.abs(given.covariance).max()
+    np.testing.assert_allclose(share[reported], (measured.sigma / 0.5) ** 2, rtol=1e-6)
     exact = fitted(arc(200, {"circle": 3, "conic": 5}[shape]))
     assert np.isnan(exact.sigma)
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("made", "message"),
     [
-        (lambda: fit_plane(np.eye(3)[:2]), "2 points; 3 or more"),
-        (lambda: fit_plane(np.outer(np.arange(5.0), [1, 2, 3])), "on one line"),
-        (lambda: fit_circle(np.outer(np.arange(5.0), [1, 2])), "on one line"),
+        (lambda: fit_plane(np.eye(3)[:2]), "2 points; give 3 or more"),
+        (lambda: fit_plane(np.outer(np.arange(5.0), [1, 2, 3])), "collinear"),
+        (lambda: fit_circle(np.outer(np.arange(5.0), [1, 2])), "collinear"),
         (lambda: fit_circle(np.full((4, 2), np.nan)), "4 of 4 points are not finite"),
-        (lambda: fit_circle(arc(200, 9), np.zeros(9)), "found sigma 0; give .* above"),
-        (lambda: fit_plane(np.eye(3), -1), "found sigma -1; give standard deviations"),
-        (lambda: fit_circle(arc(200, 9), np.nan), "found sigma nan; give"),
-        (lambda: fit_conic(arc(200, 9), [1, 2]), r"found sigma of shape \(2,\); .* 9"),
-        (lambda: fit_circle([["a", "b"]] * 4), "found points that are no numbers"),
+        (lambda: fit_circle(arc(200, 9), np.zeros(9)), "sigma: found 0; give .* above"),
+        (lambda: fit_plane(np.eye(3), -1), "sigma: found -1; give standard deviations"),
+        (lambda: fit_circle(arc(200, 9), np.nan), "sigma: found nan; give"),
+        (lambda: fit_conic(arc(200, 9), [1, 2]), r"sigma: found shape \(2,\); .* 9"),
+        (lambda: fit_circle([["a", "b"]] * 4), "points: not numeric"),
         (lambda: fit_circle(np.eye(3)), r"give an array \(N, 2\)"),
-        (lambda: fit_conic(arc(200, 4)), "4 points; 5 or more"),
-        (lambda: fit_conic(np.outer(np.arange(6.0), [1, 1])), "leave it open"),
-        (lambda: fit_conic(np.ones((6, 2))), "all points are the same"),
-        (lambda: fit_cylinder(np.eye(3)), "3 points; 7 or more"),
+        (lambda: fit_conic(arc(200, 4)), "4 points; give 5 or more"),
+        (lambda: fit_conic(np.outer(np.arange(6.0), [1, 1])), "do not determine it"),
+        (lambda: fit_conic(np.ones((6, 2))), "all points are equal"),
+        (lambda: fit_cylinder(np.eye(3)), "3 points; give 7 or more"),
         (
             lambda: fit_cylinder(transform(MOVED, on_plane(arc(360, 20)))),
-            "on one plane, which leaves the radius open",
+            "on one plane .undetermined radius",
         ),
     ],
 )
-def test_degenerate_shape_points_are_rejected(made, said):
-    with pytest.raises(InputError, match=said) as refused:
+def test_degenerate_shape_points_are_rejected(made, message):
+    with pytest.raises(InputError, match=message) as rejected:
         made()
-    assert "\n" not in str(refused.value)
+    assert "\n" not in str(rejected.value)
 
 
 def test_nearly_planar_cylinder_is_rejected(rng):
     points = mantle(rng, 10) + 0.5 * rng.normal(size=(40, 3))
-    with pytest.raises(InputError, match="may as well lie on a plane"):
+    with pytest.raises(InputError, match="nearly on a plane"):
         fit_cylinder(points)
 
 
@@ -260,5 +260,5 @@ def test_cylinder_radius_needs_three_sigmas(rng, apart, sure):
     if sure:
         assert fit_cylinder(points, sigma).radius == pytest.approx(62.98, abs=1e-6)
         return
-    with pytest.raises(InputError, match="may as well lie on a plane"):
+    with pytest.raises(InputError, match="nearly on a plane"):
         fit_cylinder(points, sigma)

@@ -22,7 +22,7 @@ CAMERA = flexible_camera(12.0)
 SMALL = flexible_camera(12.0, viewer=small(12))
 # A relief of a twentieth of its distance from the mirror.
 BUST = Bust(130.0, 20.0)
-# Half a turn puts its face to the mirror.
+# A 180-degree rotation turns its face to the mirror.
 T_BUST = (
     board_pose([3, 4, 2], (-120, 0, -40))
     @ pose(np.eye(3), [*BOARD.mean(axis=0), 0.0])
@@ -98,12 +98,12 @@ def test_view_over_plane_maps_pixels_to_themselves(view):
     pixels = np.mgrid[: SMALL.height, : SMALL.width][::-1].reshape(2, -1).T
     own = shown_in_view(SMALL, view, pixels.astype(float), T_BUST)
     image = np.nan_to_num(own).reshape(SMALL.height, SMALL.width, 2)
-    picture, seen = view_over_plane(SMALL, image, view, T_BUST)
+    result, seen = view_over_plane(SMALL, image, view, T_BUST)
     v, u = np.nonzero(seen)
     inside = (u > 2) & (v > 2) & (u < view.width - 3) & (v < view.height - 3)
     v, u = v[inside], u[inside]
     assert len(u) > 0.5 * seen.size
-    np.testing.assert_allclose(picture[v, u], np.column_stack([u, v]), atol=0.02)
+    np.testing.assert_allclose(result[v, u], np.column_stack([u, v]), atol=0.02)
 
 
 def test_unseen_plane_is_rejected(view):

@@ -8,7 +8,7 @@ from raxel.geometry.pixel_cells import whole_cells
 from raxel.multiview.views import _add_triangle, plane_scale, remap_to_plane
 
 SIZE_MM = 60.0, 40.0
-FINE, COARSE = 0.5, 4.0  # mm per px of the picture
+FINE, COARSE = 0.5, 4.0  # mm per px of the new image
 
 
 def on_plane(width=120, height=90):
@@ -23,8 +23,8 @@ def light(x, y):
     return 100 + 1.2 * x - 0.8 * y
 
 
-def in_the_middle(picture, mm_per_px):
-    v, u = np.indices(picture.shape[:2])
+def in_the_middle(result, mm_per_px):
+    v, u = np.indices(result.shape[:2])
     return mm_per_px * (u + 0.5), mm_per_px * (v + 0.5)
 
 
@@ -32,22 +32,22 @@ def in_the_middle(picture, mm_per_px):
 def test_remap_reproduces_linear_image(mm_per_px):
     location = on_plane()
     image = np.stack([light(*np.moveaxis(location, 2, 0)), location[..., 0]], axis=-1)
-    picture, seen = remap_to_plane(image, location, None, None, SIZE_MM, mm_per_px)
-    assert picture.shape == (40 / mm_per_px, 60 / mm_per_px, 2)
+    result, seen = remap_to_plane(image, location, None, None, SIZE_MM, mm_per_px)
+    assert result.shape == (40 / mm_per_px, 60 / mm_per_px, 2)
     assert seen.mean() > 0.95
-    x, y = in_the_middle(picture, mm_per_px)
+    x, y = in_the_middle(result, mm_per_px)
     inside = seen & (np.minimum(x, SIZE_MM[0] - x) > COARSE)
     inside &= np.minimum(y, SIZE_MM[1] - y) > COARSE
-    assert np.allclose(picture[inside, 0], light(x, y)[inside], atol=1e-4)
-    assert np.allclose(picture[inside, 1], x[inside], atol=1e-4)
-    assert not picture[~seen].any()
+    assert np.allclose(result[inside, 0], light(x, y)[inside], atol=1e-4)
+    assert np.allclose(result[inside, 1], x[inside], atol=1e-4)
+    assert not result[~seen].any()
 
 
 def test_remap_averages_fine_pattern():
     location = on_plane(600, 450)
     stripes = 100 + 80 * np.sin(2 * np.pi * location[..., 0])
-    picture, seen = remap_to_plane(stripes, location, None, None, SIZE_MM, 1.0)
-    inside = picture[1:-1, 1:-1][seen[1:-1, 1:-1]]
+    result, seen = remap_to_plane(stripes, location, None, None, SIZE_MM, 1.0)
+    inside = result[1:-1, 1:-1][seen[1:-1, 1:-1]]
     assert np.abs(inside - 100).max() < 3
 
 
@@ -57,10 +57,10 @@ def test_remap_does_not_fill_unseen_areas():
     mask[30:50, 40:60] = False
     hole = location[30:50, 40:60].reshape(-1, 2)
     image = np.full(mask.shape, 200, np.uint8)
-    picture, seen = remap_to_plane(image, location, None, mask, (90.0, 40.0), FINE)
-    assert picture.dtype == np.uint8
-    assert (picture[seen] == 200).all()
-    x, y = in_the_middle(picture, FINE)
+    result, seen = remap_to_plane(image, location, None, mask, (90.0, 40.0), FINE)
+    assert result.dtype == np.uint8
+    assert (result[seen] == 200).all()
+    x, y = in_the_middle(result, FINE)
     for place in hole[:: len(hole) // 9]:
         assert not seen[np.hypot(x - place[0], y - place[1]) < 0.3].any()
     assert not seen[x > np.nanmax(location[..., 0])].any()
@@ -83,7 +83,7 @@ def test_plane_scale_limits_image_size():
 
 
 def facets():
-    """Two facets beside each other: the right one sees its part of the plane mirrored,
+    """Two adjacent facets: the right one sees its part of the plane mirrored,
     from 24 mm on, of which the left one sees up to 30."""
     v, u = np.indices((80, 100))
     x = np.where(u < 50, 0.6 * u + 0.3, 24 + 0.6 * (99 - u))
@@ -99,12 +99,12 @@ def test_remap_averages_facets_by_sigma():
     sigma = np.full(location.shape, 0.01)
     sigma[:, 50:] = 0.02
     image = np.where(np.arange(100) < 50, 50.0, 100.0) * np.ones((80, 1))
-    picture, seen = remap_to_plane(image, location, sigma, None, (60.0, 40.0), 0.5)
-    x, _ = in_the_middle(picture, 0.5)
+    result, seen = remap_to_plane(image, location, sigma, None, (60.0, 40.0), 0.5)
+    x, _ = in_the_middle(result, 0.5)
     only_left, both, only_right = x < 23.5, (x > 24.5) & (x < 29), x > 30.5
-    assert np.allclose(picture[seen & only_left], 50)
-    assert np.allclose(picture[seen & both], (4 * 50 + 100) / 5)
-    assert np.allclose(picture[seen & only_right], 100)
+    assert np.allclose(result[seen & only_left], 50)
+    assert np.allclose(result[seen & both], (4 * 50 + 100) / 5)
+    assert np.allclose(result[seen & only_right], 100)
     assert seen[5:-5][:, 2:106].all()
 
 
@@ -137,15 +137,15 @@ def test_noise_makes_no_holes():
     noisy = location + rng.normal(0, sigma)
     assert whole_cells(noisy, sigma).all()
     image = light(*np.moveaxis(location, 2, 0))
-    picture, seen = remap_to_plane(image, noisy, sigma, None, SIZE_MM, FINE)
-    x, y = in_the_middle(picture, FINE)
+    result, seen = remap_to_plane(image, noisy, sigma, None, SIZE_MM, FINE)
+    x, y = in_the_middle(result, FINE)
     assert seen[2:-2, 2:-2].all()
-    off = (picture - light(x, y))[2:-2, 2:-2]
+    off = (result - light(x, y))[2:-2, 2:-2]
     assert np.sqrt(np.mean(off**2)) < 0.5
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"image": np.zeros((9, 9))}, "location: found 90 x 120 pixels"),
         ({"sigma": np.zeros((90, 9, 2))}, "sigma: found 90 x 9 pixels"),
@@ -154,7 +154,7 @@ def test_noise_makes_no_holes():
         ({"size_mm": (0.1, 40.0)}, "not one pixel"),
     ],
 )
-def test_remap_rejects_invalid_input(change, told):
+def test_remap_rejects_invalid_input(change, message):
     given = {
         "image": np.zeros((90, 120)),
         "location": on_plane(),
@@ -163,7 +163,7 @@ def test_remap_rejects_invalid_input(change, told):
         "size_mm": SIZE_MM,
         "mm_per_px": FINE,
     }
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         remap_to_plane(**given | change)
 
 

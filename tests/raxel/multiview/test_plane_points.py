@@ -1,4 +1,4 @@
-"""What pixels see of a plane: exact, and as good as a photograph of a ring."""
+"""Points of a plane seen by pixels: exact, and as accurate as an image of a ring."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_circle_in_bent_mirror_is_exact():
     np.testing.assert_array_equal(found.used, seen)
     assert abs(found.fit.radius - 87.21) < 1e-6
     np.testing.assert_allclose(found.fit.centre, CENTRE, atol=1e-6)
-    # In the picture it is no conic.
+    # In the image it is not a conic.
     assert np.abs(fit_conic(pixels[seen]).residuals).max() > 1
 
 
@@ -59,9 +59,9 @@ def test_plane_points_pixel_derivatives():
     # A step of 0.1 px across the outline leaves the circle by as much as scale says.
     apart = np.linalg.norm(ahead - CENTRE, axis=1) - 87.21
     np.testing.assert_allclose(apart * scale, 0.1, rtol=1e-2)
-    beside = points_on_plane(CAMERA, np.array([[0.0, 0.0], [np.nan, 5]]), T_BOARD)
-    assert not beside.valid.any()
-    assert np.isnan(beside.points).all()
+    outside = points_on_plane(CAMERA, np.array([[0.0, 0.0], [np.nan, 5]]), T_BOARD)
+    assert not outside.valid.any()
+    assert np.isnan(outside.points).all()
 
 
 def test_plane_points_pose_derivatives():
@@ -131,17 +131,17 @@ def test_circle_radius_sd_predicts_error():
 
 
 @pytest.fixture(scope="module")
-def photograph():
+def ring_image():
     scene = ringed_board_scene(Chessboard(14, 13, 18.0), RING, T_BOARD)
     return render(SMALL, np.eye(4), scene)
 
 
-def test_ring_is_measured_to_subpixel_accuracy(photograph):
+def test_ring_is_measured_to_subpixel_accuracy(ring_image):
     radii = []
     for radius in RING.edges:
         places, normals, scale = circle_outline(SMALL, T_BOARD, CENTRE, radius, 120)
         half = np.nan_to_num(0.8 * RING.margin * scale, nan=2.0)
-        edges = edge_points(photograph, places, normals, np.maximum(half, 1.5))
+        edges = edge_points(ring_image, places, normals, np.maximum(half, 1.5))
         assert edges.found.mean() > 0.5
         found = measured_circle(SMALL, edges.pixels, T_BOARD, edges.sigma)
         px = 1 / np.nanmedian(scale)
@@ -152,18 +152,18 @@ def test_ring_is_measured_to_subpixel_accuracy(photograph):
     assert np.mean(radii) == pytest.approx(87.21, abs=0.01)
 
 
-def test_plane_image_shows_board(photograph):
+def test_plane_image_shows_board(ring_image):
     size, per_px = np.array([120.0, 150.0]), 1.0
     corner = CENTRE - size / 2
-    picture, seen = plane_image(SMALL, photograph, T_BOARD, corner, size, per_px)
-    assert picture.shape == (150, 120)
+    result, seen = plane_image(SMALL, ring_image, T_BOARD, corner, size, per_px)
+    assert result.shape == (150, 120)
     assert seen.mean() > 0.6
     v, u = np.nonzero(seen)
     places = corner + per_px * (np.column_stack([u, v]) + 0.5)
     texture = RingedChessboard(ChessboardTexture(14, 13, 18.0, 18.0), RING)
     truth = texture.radiance(places, None)
     # Far from lines the board's own greys, which edges would betray a shift of.
-    close = np.abs(picture[v, u] - truth) < 0.02
+    close = np.abs(result[v, u] - truth) < 0.02
     assert close.mean() > 0.7
     edge = (np.abs((places + 4) % 18 - 4) < 3).any(axis=1)
     apart = np.linalg.norm(places - CENTRE, axis=1)
@@ -171,9 +171,9 @@ def test_plane_image_shows_board(photograph):
     assert close[~edge].mean() > 0.99
 
 
-def test_plane_image_rejects_other_size(photograph):
+def test_plane_image_rejects_other_size(ring_image):
     with pytest.raises(InputError, match=r"256 x 100 px; .* 256 x 192"):
-        plane_image(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
+        plane_image(SMALL, ring_image[:100], T_BOARD, CENTRE, (9, 9), 1.0)
 
 
 def test_footprint_mean_equals_image_mean():

@@ -141,9 +141,9 @@ def test_unknown_noise_follows_from_point_scatter():
     stated = triangulate(views, STAGE)
     wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
              for v in views]  # fmt: skip
-    told = triangulate(wrong, STAGE, stated=False)
-    np.testing.assert_allclose(told.points, stated.points, atol=1e-5)
-    ratio = told.covariance / stated.covariance
+    reported = triangulate(wrong, STAGE, stated=False)
+    np.testing.assert_allclose(reported.points, stated.points, atol=1e-5)
+    ratio = reported.covariance / stated.covariance
     np.testing.assert_allclose(ratio, stated.variance, rtol=1e-4)
     assert stated.variance == pytest.approx(1, abs=0.15)
     assert np.median(stated.rms) < 1
@@ -260,9 +260,11 @@ def test_ray_bundle_estimates_unknown_noise():
     stated = bundle_rays(views, STAGE)
     wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
              for v in views]  # fmt: skip
-    told = bundle_rays(wrong, STAGE, stated=False)
+    reported = bundle_rays(wrong, STAGE, stated=False)
     for name in ("covariance", "point_covariance"):
-        found, known = (np.trace(getattr(b, name), 0, -2, -1) for b in (told, stated))
+        found, known = (
+            np.trace(getattr(b, name), 0, -2, -1) for b in (reported, stated)
+        )
         np.testing.assert_allclose(found / known, stated.variance, rtol=1e-3)
 
 
@@ -276,7 +278,7 @@ def test_more_views_improve_length():
 
 def test_central_rig_keeps_given_length():
     T = pose(rotation_from_vector([0.2, -0.1, 0.3]), [120.0, 40, -90])
-    X, A, B = by_rig(np.random.default_rng(8), 60, T, sd=1e-4, beside=False)
+    X, A, B = by_rig(np.random.default_rng(8), 60, T, sd=1e-4, spread=False)
     views = [RayView(A), RayView(B)]
     with raises_code("no-scale"):
         bundle_rays(views, [np.eye(4), T])
@@ -293,20 +295,20 @@ def test_ray_bundle_rejects_invalid_input():
     few = [RayView(v.rays.of(slice(4)), np.arange(4)) for v in views]
     alone = [*views[:3], RayView(views[3].rays, np.arange(20, 20 + 13))]
     twice = RayView(views[0].rays, np.zeros(20, int))
-    refused = [
+    rejected = [
         ("4 views and poses", lambda: triangulate(views, STAGE[:3])),
         ("along two rays", lambda: triangulate([twice, *views[1:]], STAGE)),
         ("numbers .* of 20 rays", lambda: triangulate(
             [RayView(views[0].rays, [1, 2])], STAGE[:1])),
         ("1 views", lambda: bundle_rays(views[:1], STAGE[:1])),
-        ("sees 4 points", lambda: bundle_rays(few, STAGE)),
-        ("view 3 sees 0 points", lambda: bundle_rays(alone, STAGE)),
-        ("view 7 is to be held", lambda: bundle_rays(views, STAGE, held=7)),
+        ("shares 4 points", lambda: bundle_rays(few, STAGE)),
+        ("view 3 shares 0 points", lambda: bundle_rays(alone, STAGE)),
+        ("found view 7", lambda: bundle_rays(views, STAGE, held=7)),
         ("found points", lambda: bundle_rays(views, STAGE, points=X[:5])),
-        ("not finite", lambda: bundle_rays(views, np.nan * STAGE)),
-        ("found NoisyRays among", lambda: triangulate([v.rays for v in views], STAGE)),
+        ("must be finite", lambda: bundle_rays(views, np.nan * STAGE)),
+        ("views: found NoisyRays", lambda: triangulate([v.rays for v in views], STAGE)),
     ]  # fmt: skip
-    for words, call in refused:
+    for words, call in rejected:
         with pytest.raises(CalibrationError, match=words) as refusal:
             call()
         assert "\n" not in str(refusal.value)

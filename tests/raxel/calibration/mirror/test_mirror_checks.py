@@ -1,4 +1,4 @@
-"""What is refused of a mirror's pictures: places of the monitor, and clamps."""
+"""Rejected mirror images: positions of the monitor, and clamps."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ VIEWER = PerspectiveCamera([[100, 0, 0], [0, 100, 0], [0, 0, 1]], [], 100, 100)
 
 
 def monitors():
-    """Three pictures of a monitor, one corner of which the first does not show."""
+    """Three images of a monitor; the first one lacks a corner."""
     points = np.array([[0.0, 0], [30, 0], [0, 60], [900, 900]])
     pixels = np.ones((4, 2))
     pixels[3] = np.nan
@@ -25,7 +25,7 @@ def monitors():
 
 
 @pytest.mark.parametrize(("apart_mm", "refused"), [(9.9, True), (10.1, False)])
-def test_monitor_positions_need_minimum_distance(apart_mm, refused):
+def test_monitor_positions_need_minimum_distance(apart_mm, rejected):
     asked = []
 
     def motion(first, second, point):
@@ -33,7 +33,7 @@ def test_monitor_positions_need_minimum_distance(apart_mm, refused):
         far = apart_mm if (first, second) == (0, 2) else 80.0
         return SimpleNamespace(distance=far)
 
-    if refused:
+    if rejected:
         with raises_code("same-place"):
             check_distinct_positions(SimpleNamespace(motion=motion), monitors())
     else:
@@ -53,15 +53,15 @@ def test_monitor_positions_need_minimum_distance(apart_mm, refused):
         (0.18, True, True),
     ],
 )
-def test_hidden_clamp_line_allows_more_mirror_beyond(share, hidden, refused, turned):
-    """A monitor all over the picture, clamped at its left or at its lower side."""
+def test_hidden_clamp_line_allows_more_mirror_beyond(share, hidden, rejected, turned):
+    """A monitor that fills the image, clamped at its left or lower side."""
     u, v = np.meshgrid(np.arange(100.0), np.arange(100.0))
     view = SimpleNamespace(pixels=np.column_stack([u.ravel(), v.ravel()]))
     place = 99.5 - 100 * share if turned else 100 * share - 0.5
     along = np.array([[0.0, 99.0], [place, place]])
     ends = (along if turned else along[::-1]).T / 100
     line = SimpleNamespace(angle=np.pi / 2 if turned else 0.0, ends=ends)
-    if refused:
+    if rejected:
         with pytest.raises(InputError, match=f"{100 * share:.0f} % of the pixels"):
             check_clamp_line(line, VIEWER, [view], hidden)
     else:

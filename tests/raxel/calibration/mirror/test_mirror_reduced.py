@@ -122,7 +122,7 @@ def test_point_row_is_located(n):
         np.testing.assert_allclose(foot + places[:, None] * found, points, atol=1e-6)
 
 
-def refused(kind="distance", **changed):
+def rejected(kind="distance", **changed):
     true, before = CURVES[kind]
     u, points = seen(true, 1500.0)
     given = {"before": before, "u": u, "scene_rays": before.scene_rays(u),
@@ -138,18 +138,18 @@ def refused(kind="distance", **changed):
 
 def test_reduced_rejects_degenerate_input():
     u = np.linspace(-0.35, 0.33, 12)
-    assert "found 3 different features" in refused(u=u[:3])
-    assert "not finite" in refused(u=np.where(u > 0, np.nan, u))
-    assert "none is reflected" in refused(scene_rays=viewing_rays(u)[0])
-    assert "found 1 different features" in refused(u=np.full(12, 0.2))
+    assert "found 3 features" in rejected(u=u[:3])
+    assert "must be finite" in rejected(u=np.where(u > 0, np.nan, u))
+    assert "no reflection" in rejected(scene_rays=viewing_rays(u)[0])
+    assert "found 1 features" in rejected(u=np.full(12, 0.2))
     close = 0.2 + 1e-9 * np.arange(12)
-    assert "too few different places" in refused(u=close)
+    assert "too few different positions" in rejected(u=close)
     true = CURVES["distance"][0]
     near = np.linspace(-0.39, -0.2, 12)
     points = true.points(near) + 900 * true.scene_rays(near)
-    assert "reach 25%" in refused(u=near, points=points)
+    assert "reach 25%" in rejected(u=near, points=points)
     shorter = DistanceCurve(np.zeros(4), (-0.4, 0.2))
-    assert "features lie outside the mirror" in refused(before=shorter)
+    assert "features are outside the mirror" in rejected(before=shorter)
     with raises_code("too-few-features"):
         place_row(np.zeros((2, 2)), np.ones((2, 2)), np.arange(2.0))
     with raises_code("parallel-rays"):

@@ -142,7 +142,7 @@ def test_covariance_predicts_scatter():
 
 
 def test_shape_behind_camera_is_calibration_error():
-    """The spline itself refuses its coefficients as input, which nobody gave."""
+    """The spline's own error is about its coefficients, which are no user input."""
     grid = spline_grid(np.array([[-0.1, -0.1], [0.1, 0.1]]))
     shape = np.full(grid.size, 1 / 400)
     assert camera_of_shape(VIEWER, grid, shape, "inverse depth").viewer is VIEWER

@@ -1,4 +1,4 @@
-"""Mirror sets: what mirror.yaml says is read, and what does not fit is refused."""
+"""Mirror sets: mirror.yaml is read, and inconsistent sets are rejected."""
 
 import pytest
 import yaml
@@ -72,10 +72,10 @@ def test_mirror_set_is_read(tmp_path):
 )
 def test_mirror_set_error_names_field(tmp_path, data, of_sets, named):
     write_mirror_set(tmp_path, mirror_description(**data), **of_sets)
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as rejected:
         load_mirror_set(tmp_path)
-    assert named in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert named in str(rejected.value)
+    assert "\n" not in str(rejected.value)
 
 
 @pytest.mark.parametrize(
@@ -89,9 +89,9 @@ def test_mirror_set_error_names_field(tmp_path, data, of_sets, named):
 def test_image_shows_one_mirror_state(tmp_path, step, named):
     stages = {"set": "stages", "steps": [STEPS[0], step]}
     write_mirror_set(tmp_path, mirror_description(stages=stages))
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(InputError) as rejected:
         load_mirror_set(tmp_path)
-    assert named in str(refused.value)
+    assert named in str(rejected.value)
 
 
 def test_evaluation_image_may_begin_next_step(tmp_path):
@@ -120,16 +120,16 @@ def test_position_without_flat_mirror_image_is_named(tmp_path):
 def test_check_lists_mirror_set_contents(tmp_path, capsys):
     write_mirror_set(tmp_path)
     assert main(["check", str(tmp_path)]) == 0
-    told = capsys.readouterr().out
-    assert "platter    1.27 mm before its board" in told
-    assert "2 deflections (5 mm, not stated), 1 board to evaluate" in told
-    assert told.count("images     ") == 5
+    reported = capsys.readouterr().out
+    assert "platter    1.27 mm before its board" in reported
+    assert "2 deflections (5 mm, not stated), 1 board to evaluate" in reported
+    assert reported.count("images     ") == 5
 
 
 def test_position_may_occur_twice_in_flat_mirror(tmp_path):
     views = [{"name": name, "patterns": code(k)} for k, name in enumerate(PLATTER)]
-    photographs = [{"image": f"view{k}.png"} for k in range(3)]
-    of_sets = {"platter": {"views": views}, "plate": {"views": photographs}}
+    image_views = [{"image": f"view{k}.png"} for k in range(3)]
+    of_sets = {"platter": {"views": views}, "plate": {"views": image_views}}
     write_mirror_set(tmp_path, **of_sets)
     found = load_mirror_set(tmp_path)
     assert found.platter_views("near") == [0, 2]

@@ -1,4 +1,4 @@
-"""A mirror followed from picture to picture: accuracy, no drift, wrong matches."""
+"""A mirror tracked through a video: accuracy, no drift, wrong matches."""
 
 import numpy as np
 

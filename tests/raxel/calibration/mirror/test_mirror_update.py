@@ -99,7 +99,7 @@ def test_update_from_noisy_corners_is_accurate(quantity, share, degrees):
 
 
 def test_update_recovers_spline_mirror_without_noise():
-    """Both stages are splines on knots over their own picture."""
+    """Both stages are splines on knots over their own image."""
     true = spline_like(bent(5.0), 5.0)
     after = seen(true, T_GRID)
     found = update_mirror(FLAT, BEFORE, after, GRID, CLAMP, outline=OUTLINE)
@@ -142,7 +142,7 @@ def test_missing_edge_features_are_rejected_or_flagged():
     with raises_code("no-feature-at-end"):
         update_mirror(FLAT, BEFORE, near, GRID, CLAMP, outline=OUTLINE)
     found = update_mirror(FLAT, BEFORE, near, GRID, CLAMP, PRIOR, outline=OUTLINE)
-    assert any("last knot interval along u: carried" in flag for flag in found.flags)
+    assert any("last knot interval along u: determined" in flag for flag in found.flags)
     ends = visible_pixels(5.0, 5, 3)[[6, 8]]
     inner, outer = found.ray_sd(ends)
     assert outer > 3 * inner
@@ -165,7 +165,7 @@ def test_support_counts_features_per_interval():
     empty = support_of(grid, p[:2])
     with raises_code("no-feature-at-end"):
         need_support(empty)
-    assert need_support(empty, clamp_at=("u", -1))[0].endswith("carried by the clamp")
+    assert need_support(empty, clamp_at=("u", -1))[0].endswith("by the clamp")
     found = supported_grid([[0, 0], [1, 1]], p[:3], (7, 3))
     assert found.shape == (3, 3)
 
@@ -236,7 +236,7 @@ def to_the_edge(reach, rng, swinging_deg=MAX_SWING_DEG, stage=update_mirror):
 
 def test_swinging_end_with_small_residuals_is_rejected():
     whole = to_the_edge(1.0, np.random.default_rng(7))
-    assert not any("as evenly as" in flag for flag in whole.flags)
+    assert not any("even bending" in flag for flag in whole.flags)
     assert angles_deg(whole.camera, 5.0).mean() < 0.1
     with raises_code("swinging-end"):
         to_the_edge(0.3, np.random.default_rng(7))
@@ -310,7 +310,7 @@ def test_covariance_includes_grid_pose():
 
 
 def test_ray_sd_predicts_errors():
-    """The sheet is no spline: misfit counts beside noise; 1 would be exact."""
+    """The sheet is not a spline: misfit adds to noise; 1 would be exact."""
     squares, pixels, true = [], visible_pixels(5.0), bent(5.0)
     for seed in range(4):
         rng = np.random.default_rng(seed)
@@ -328,19 +328,19 @@ def test_ray_sd_predicts_errors():
 
 
 @pytest.mark.parametrize(
-    ("degrees", "told"), [(0.29, "none"), (0.31, "flagged"), (5.1, "refused")]
+    ("degrees", "verdict"), [(0.29, "none"), (0.31, "flagged"), (5.1, "rejected")]
 )
-def test_knot_uncertainty_thresholds(degrees, told, monkeypatch):
+def test_knot_uncertainty_thresholds(degrees, verdict, monkeypatch):
     grid = FLAT.grid
 
     def one_of_them(places, *_):
         return np.radians(np.where(np.arange(len(places)) == 3, degrees, 0.1))
 
     monkeypatch.setattr(edges, "ray_sd", one_of_them)
-    if told == "refused":
+    if verdict == "rejected":
         with raises_code("uncertain-shape"):
             edges.uncertain_knots(grid, FLAT.quantity, None, None)
     else:
         flags = edges.uncertain_knots(grid, FLAT.quantity, None, None)
-        assert len(flags) == (told == "flagged")
-        assert all("are uncertain by 0.31 degrees" in flag for flag in flags)
+        assert len(flags) == (verdict == "flagged")
+        assert all("deviation of 0.31 degrees" in flag for flag in flags)

@@ -1,4 +1,4 @@
-"""A window of a rig's picture, and what is read out of the mirror rigs' pictures."""
+"""Windows of rig images, and measurements in the images of the mirror rigs."""
 
 from dataclasses import replace
 
@@ -86,12 +86,12 @@ def test_window_decoding_uses_whole_image_pixels():
 
 
 def test_corner_search_stays_inside_mirror():
-    """Squares of 40 px, 195 px wide, in a picture that is dark around them."""
+    """Squares of 40 px, 195 px wide, in an image that is dark around them."""
     v, u = np.mgrid[0:280, 0:280]
     squares = ((u + 20) // 40 + (v + 20) // 40) % 2 * 140 + 60
     inside = (u >= 45) & (u < 240) & (v >= 40) & (v < 240)
-    picture = np.where(inside, squares, 5).astype(np.uint8)
-    taken = MirroredBoard(picture, Crop(1000, 500, 280, 280, 3072, 2304))
+    result = np.where(inside, squares, 5).astype(np.uint8)
+    taken = MirroredBoard(result, Crop(1000, 500, 280, 280, 3072, 2304))
     corners = np.array([[139.5, 99.5], [179.5, 139.5], [59.5, 139.5], [500, 10]])
     found = taken.corners(corners + [1004, 499])
     np.testing.assert_allclose(found[0], corners[0] + [1000, 500], atol=0.02)
