@@ -90,8 +90,7 @@ def known_motion():
 
 
 def smooth_grid():
-    rays = SmoothRays(FISHEYE).grid(np.arange(0.0, W, 3), np.arange(0.0, H, 3))
-    return tuple(rays)
+    return tuple(SmoothRays(FISHEYE).grid(np.arange(0.0, W, 3), np.arange(0.0, H, 3)))
 
 
 CASES = {

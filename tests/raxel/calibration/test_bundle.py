@@ -25,8 +25,7 @@ def disturbed(T, seed, angle=0.02, length=5.0):
 
 def cost_at(points, seen, centre, poses):
     directions = ray_directions(points, seen, centre, poses)
-    residuals = ray_point_residuals(points, seen, centre, poses, directions)
-    return np.sum(residuals**2)
+    return np.sum(ray_point_residuals(points, seen, centre, poses, directions) ** 2)
 
 
 def test_gradient_equals_differences_of_cost():
@@ -44,8 +43,7 @@ def test_gradient_equals_differences_of_cost():
 def test_normal_matrix_equals_eliminated_jtj():
     # Exact at zero residual, where elimination and projection agree.
     centre, T, _, points, seen = partly_seen(2, SHARE)
-    q = bundle.homogeneous(points, seen)
-    _, normal, _ = reduced_normal_equations(q, centre, T)
+    _, normal, _ = reduced_normal_equations(bundle.homogeneous(points, seen), centre, T)
 
     def residuals(step):
         poses = moved_poses(T, step)

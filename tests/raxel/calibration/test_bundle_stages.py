@@ -180,8 +180,7 @@ def test_bundle_covariance_predicts_errors():
             off = (one.coefficients - true.coefficients).ravel("F")
             shapes.append(normalised_square(off, found.coefficient_covariance(stage)))
             angles = ray_errors(one, true, pixels)
-            squares = angles**2 / 2 / found.ray_sd(stage, pixels) ** 2
-            rays.append(np.nanmean(squares))
+            rays.append(np.nanmean(angles**2 / 2 / found.ray_sd(stage, pixels) ** 2))
     assert 0.9 < np.mean(variances) < 1.1
     assert 0.7 < np.mean(shapes) < 1.4
     assert 0.7 < np.mean(rays) < 1.4

@@ -33,8 +33,7 @@ def asked_for(gain, monkeypatch, count=20):
     none, fit = np.zeros((count, 4, 2)), FormulaFit(formula, None)
     seen = np.ones((count, 4), bool)
     boards = lens_bundle.StackedBoards(none, none, seen, None, np.arange(count))
-    shape = shape_of(9.0, 9.0, 9.0, 0.0)
-    found = shape, np.eye(4), np.eye(4)
+    found = shape_of(9.0, 9.0, 9.0, 0.0), np.eye(4), np.eye(4)
     squares = {"flat": 4 + gain, "shaped": np.full(count, 4.0)}
     monkeypatch.setattr(lens_board, "_found_shape", lambda *_: found)
     monkeypatch.setattr(lens_board, "_shaped_board", lambda *_: "shaped")
@@ -194,8 +193,7 @@ def test_covariance_includes_errors_common_to_image(together):
             (one.estimated, one.alone),
             (one.covariance, one.estimated),
         ):
-            least = np.linalg.eigvals(np.linalg.solve(less, wider)).min()
-            assert least > 1 - 1e-9
+            assert np.linalg.eigvals(np.linalg.solve(less, wider)).min() > 1 - 1e-9
     if not together:
         # What is less than alone by chance is raised, and what is more is not lowered.
         assert np.all((stated / spread > 0.95) & (stated / spread < 1.2))

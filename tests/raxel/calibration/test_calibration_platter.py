@@ -143,10 +143,8 @@ def test_small_board_tries_both_tilts():
     seen = sighting(
         VIEWER, view(VIEWER, T, points, 5, 4, np.random.default_rng(3), 0.02), ""
     )
-    wrong = other_tilt(T, points)
-    assert np.degrees(np.arccos(wrong[:3, 2] @ T[:3, 2])) > 15
-    found = target_pose(seen)
-    assert np.degrees(np.arccos(min(found[:3, 2] @ T[:3, 2], 1.0))) < 5
+    assert np.degrees(np.arccos(other_tilt(T, points)[:3, 2] @ T[:3, 2])) > 15
+    assert np.degrees(np.arccos(min(target_pose(seen)[:3, 2] @ T[:3, 2], 1.0))) < 5
 
 
 def test_flat_mirror_rejects_impossible_images():

@@ -101,8 +101,7 @@ def test_linear_cgsp_rejects_outliers():
         right = ~(wrong[0] | wrong[1:])
         # A wrong pair that lies within the noise, or an unlucky right one.
         assert np.mean(found.inliers[1:] == right) > 0.98
-    plain = linear_cgsp(spoilt, side=1)
-    assert np.linalg.norm(plain.centre - centre) > 10 * clean
+    assert np.linalg.norm(linear_cgsp(spoilt, side=1).centre - centre) > 10 * clean
 
 
 def test_majority_of_outliers_is_rejected():

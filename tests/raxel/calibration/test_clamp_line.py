@@ -62,8 +62,7 @@ def picks_of(monkeypatch, given, sd_px, wave=0.0):
     )
     viewer = PerspectiveCamera([[700, 0, 150], [0, 700, 100], [0, 0, 1]], [], 300, 200)
     clamp = SimpleNamespace(points=given, sd_px=sd_px, hidden_mm=2.0)
-    mirror_set = SimpleNamespace(clamp=clamp, grids=None)
-    return from_pictures.clamp_picks(mirror_set, viewer)
+    return from_pictures.clamp_picks(SimpleNamespace(clamp=clamp, grids=None), viewer)
 
 
 @pytest.mark.parametrize("count", [2, 6])
@@ -131,8 +130,7 @@ def test_clamp_line_sd_predicts_scatter():
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
 def test_clamp_values_come_from_primary_stage(quantity):
     camera = plane_camera(quantity)
-    line = clamp_line(VIEWER, picks_on_line())
-    clamp = fixed_line(camera, line)
+    clamp = fixed_line(camera, clamp_line(VIEWER, picks_on_line()))
     S = camera.mirror.points(clamp.points)
     expected = np.linalg.norm(S, axis=1) if quantity == "distance" else 1 / S[:, 2]
     np.testing.assert_allclose(clamp.values, expected, rtol=1e-10)
@@ -160,8 +158,7 @@ def test_replacement_line_sd_follows_its_motion(quantity):
         clamp.value_sd, abs(shifted.values - clamp.values), rtol=0.01
     )
     slopes = [(other.slopes - clamp.slopes) @ clamp.u for other in (shifted, leant)]
-    both = np.hypot(*slopes)
-    np.testing.assert_allclose(clamp.slope_sd, both, rtol=0.03)
+    np.testing.assert_allclose(clamp.slope_sd, np.hypot(*slopes), rtol=0.03)
     assert (fixed_line(still, line).slope_sd < 0.01 * clamp.slope_sd).all()
 
 

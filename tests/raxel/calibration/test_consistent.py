@@ -72,8 +72,7 @@ def test_whitening_matches_image_noise():
     centre, T, u, points = exact_scene(3, count=20)
     seen = np.ones(points.shape[:2], bool)
     whitening = image_whitening(seen, u, centre, T).astype(float)
-    rng = np.random.default_rng(0)
-    turned = u + 1e-4 * rng.standard_normal((20_000, *u.shape))
+    turned = u + 1e-4 * np.random.default_rng(0).standard_normal((20_000, *u.shape))
     for j, pose in enumerate(T):
         d, c = turned @ pose[:3, :3], (centre - pose[:3, 3]) @ pose[:3, :3]
         q = c[:2] - c[2] * d[..., :2] / d[..., 2:]

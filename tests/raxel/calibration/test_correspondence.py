@@ -31,8 +31,7 @@ def view(mapping=bent):
 
 
 def test_cell_maps_reproduce_homography():
-    rng = np.random.default_rng(0)
-    truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
+    truth = np.random.default_rng(0).uniform([0, 0], BOARD.max(axis=0), (2000, 2))
     pixels = apply_homography(TO_PIXEL, truth)
     points, inside = locate_pixels(
         pixels, view(lambda p: apply_homography(TO_PIXEL, p))
@@ -42,8 +41,7 @@ def test_cell_maps_reproduce_homography():
 
 
 def test_interpolation_is_exact_at_corners():
-    rng = np.random.default_rng(1)
-    truth = rng.uniform([0, 0], BOARD.max(axis=0), (2000, 2))
+    truth = np.random.default_rng(1).uniform([0, 0], BOARD.max(axis=0), (2000, 2))
     points, inside = locate_pixels(bent(truth), view())
     # The rim of the lattice is curved, its cells are straight: a few fall outside.
     assert inside.mean() > 0.97
@@ -55,8 +53,7 @@ def test_interpolation_is_exact_at_corners():
 
 
 def test_locate_pixels_agrees_with_brute_force():
-    rng = np.random.default_rng(2)
-    pixels = rng.uniform(-20, 330, (20000, 2))
+    pixels = np.random.default_rng(2).uniform(-20, 330, (20000, 2))
     cells = board_cells(view())
     gap = np.einsum("kec,mc->mke", cells.edges[..., :2], pixels) + cells.edges[..., 2]
     expected = np.all(gap >= 0, axis=2).any(axis=1)

@@ -42,8 +42,7 @@ def rays_off(camera, views):
     pixels = pixel_grid(WIDTH, HEIGHT)
     rays, true = camera.rays(pixels), FISHEYE.rays(pixels)
     both = rays.valid & true.valid
-    covered = board_counts(views, WIDTH, HEIGHT).ravel() > 0
-    assert np.array_equal(rays.valid, covered)
+    assert np.array_equal(rays.valid, board_counts(views, WIDTH, HEIGHT).ravel() > 0)
     return angular_residual(rays.directions[both], true.directions[both])
 
 
@@ -53,8 +52,7 @@ def test_dense_view_calibrates_lens_to_single_precision():
     assert np.abs(found.camera.radial - PINHOLE.radial).max() < 1e-4
     turns = angle_between_rotations(found.T_camera_grid[:, :3, :3], NEARER[:, :3, :3])
     assert turns.max() < 2e-5
-    views = grids_of(POSES, FISHEYE)
-    fisheye = calibrate_opencv_fisheye(views, WIDTH, HEIGHT)
+    fisheye = calibrate_opencv_fisheye(grids_of(POSES, FISHEYE), WIDTH, HEIGHT)
     assert rays_off_everywhere(fisheye.camera) < 5e-5
 
 
@@ -66,8 +64,7 @@ def rays_off_everywhere(camera):
 
 def test_dense_view_calibrates_every_pixel():
     views = grids_of(POSES, FISHEYE)
-    rng = np.random.default_rng(0)
-    found = calibrate_generic(views, WIDTH, HEIGHT, rng=rng)
+    found = calibrate_generic(views, WIDTH, HEIGHT, rng=np.random.default_rng(0))
     assert sorted(found.used) == list(range(len(POSES)))
     assert found.interpolation == ("none",) * len(POSES)
     # Points are kept in single precision.
@@ -103,8 +100,7 @@ def test_dense_sigma_is_converted_to_pixels():
     T = np.eye(4)
     T[:3, 3] = -60, -40, 115
     points = seen_points(camera, T)
-    sigma = np.broadcast_to([0.05, 0.1], points.shape)
-    sd = dense_view(points, sigma).sd
+    sd = dense_view(points, np.broadcast_to([0.05, 0.1], points.shape)).sd
     sd = sd[np.isfinite(sd)]
     wanted = np.sqrt(((0.05 * 2) ** 2 + (0.1 * 228 / 115) ** 2) / 2)
     assert np.allclose(sd, wanted, rtol=1e-4)
@@ -117,16 +113,14 @@ def test_locate_does_not_interpolate_across_edges():
     points[60:70, 100:110] = np.nan
     points[:, 130:] += 40.0  # another facet
     view = dense_view(points)
-    rng = np.random.default_rng(4)
-    pixels = rng.uniform(-1, [WIDTH, HEIGHT], (4000, 2))
+    pixels = np.random.default_rng(4).uniform(-1, [WIDTH, HEIGHT], (4000, 2))
     found, inside = locate_pixels(pixels, view)
     u, v = np.floor(pixels).astype(int).T
     framed = (u >= 0) & (v >= 0) & (u < WIDTH - 1) & (v < HEIGHT - 1)
     corners = np.full((len(pixels), 4, 2), np.nan)
     for k, (i, j) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
         corners[framed, k] = points[v[framed] + i, u[framed] + j]
-    known = np.isfinite(corners).all(axis=(1, 2)) & (u != 129)
-    assert np.array_equal(inside, known)
+    assert np.array_equal(inside, np.isfinite(corners).all(axis=(1, 2)) & (u != 129))
     a, b = (pixels - np.column_stack([u, v])).T[..., None]
     top = (1 - a) * corners[:, 0] + a * corners[:, 1]
     low = (1 - a) * corners[:, 2] + a * corners[:, 3]
@@ -196,5 +190,4 @@ def test_precise_point_has_larger_weight():
         points = np.full((20, 20, 2), shift)
         grids.append(dense_view(points, np.full(points.shape, sigma)))
     table = ray_table(grids, np.concatenate([T, T]), np.zeros(3), 20, 20)
-    x = 100 * table[..., 0] / table[..., 2]
-    assert np.allclose(x, 0.1, atol=1e-3)
+    assert np.allclose(100 * table[..., 0] / table[..., 2], 0.1, atol=1e-3)

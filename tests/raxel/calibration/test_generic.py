@@ -93,8 +93,7 @@ def test_generic_camera_predicts_held_out_boards(six_boards):
 
 
 def test_generic_noise_gain_is_one():
-    views = views_of(board_poses(2, 5), noise=0.1)
-    found = calibrated(views)
+    found = calibrated(views_of(board_poses(2, 5), noise=0.1))
     assert sorted(found.used) == list(range(5))
     # 0.1 px is 0.057 degrees per axis.
     assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.12
@@ -152,8 +151,7 @@ def test_boards_that_do_not_overlap_are_rejected():
 
 
 def test_board_samples_lie_on_boards():
-    views = views_of(board_poses(8, 3))
-    samples = sample_boards(views, WIDTH, HEIGHT, 3000)
+    samples = sample_boards(views_of(board_poses(8, 3)), WIDTH, HEIGHT, 3000)
     assert 1500 < samples.seen.sum() < 6000
     assert np.all(samples.pixels % samples.step == 0)
     assert np.array_equal(np.isfinite(samples.points[..., 0]), samples.seen)

@@ -35,8 +35,7 @@ def few_samples(monkeypatch):
 
 
 def calibrated(views, **options):
-    rng = np.random.default_rng(0)
-    return calibrate_cgsp(views, WIDTH, HEIGHT, rng=rng, **options)
+    return calibrate_cgsp(views, WIDTH, HEIGHT, rng=np.random.default_rng(0), **options)
 
 
 def centre_off(found, poses=POSES):
@@ -55,8 +54,7 @@ def test_cgsp_is_exact_on_exact_active_grids(adjust):
 
 
 def test_cgsp_residual_equals_noise():
-    views = grids_of(POSES, FISHEYE, NOISE_MM)
-    found = calibrated(views)
+    found = calibrated(grids_of(POSES, FISHEYE, NOISE_MM))
     assert centre_off(found) < 0.03
     # Points 130 mm away, off by 0.05 mm along two axes; a ray adapts to its points.
     share = found.grid_rms_deg / np.degrees(np.sqrt(2) * NOISE_MM / 130)
@@ -65,8 +63,7 @@ def test_cgsp_residual_equals_noise():
 
 
 def test_cgsp_accepts_boards():
-    views = views_of(POSES, noise=0.1)
-    found = calibrated(views)
+    found = calibrated(views_of(POSES, noise=0.1))
     assert sorted(found.used) == list(range(len(POSES)))
     assert centre_off(found) < 1.5
     assert evaluate_camera(found.camera, views_of(POSES)).rms_px < 0.15
@@ -107,8 +104,7 @@ def test_grid_without_base_overlap_gets_pose_from_rays():
     shifts = np.array([[0, 0, 0], [-25, 5, 5], [25, -5, 10], [-75, 0, 0], [75, 0, 5.0]])
     T = board_poses(3, 5, spread=(0.0, 0.0))
     T[:, :3, 3] += shifts
-    small = 0.6 * SIZE_MM
-    views = grids_of(T, FISHEYE, NOISE_MM, size_mm=small)
+    views = grids_of(T, FISHEYE, NOISE_MM, size_mm=0.6 * SIZE_MM)
     found = calibrated(views)
     assert sorted(found.used) == list(range(5))
     began = len(found.linear.T_base_grid)

@@ -80,11 +80,9 @@ def test_synthetic_normal_minimises_squared_sines():
 def test_rays_behind_plane_are_excluded():
     # The grid reaches from one side of the camera almost to the other: 165 degrees.
     near = pose(np.eye(3), [0.0, 0.0, 40.0])
-    rng = np.random.default_rng(3)
-    points = rng.uniform([-300, -20], [300, 20], (400, 2))
+    points = np.random.default_rng(3).uniform([-300, -20], [300, 20], (400, 2))
     directions = unit(transform(near, lifted(points)))
-    spread = np.degrees(np.arccos((directions @ directions.T).min()))
-    assert spread > 160
+    assert np.degrees(np.arccos((directions @ directions.T).min())) > 160
     found = linear_grid_pose(directions, points, normal=[1.0, 0.0, 0.3])
     assert 0 < found.behind < 300
     assert np.abs(found.T_camera_grid - near).max() < 1e-8
@@ -137,8 +135,7 @@ def test_angular_jacobian_equals_differences():
     directions[20:30] = shaken(directions[20:30], 1e-5, rng)
     across = tangent_bases(directions)
     residual, jacobian = angular_system(directions, across, points, T_TRUE)
-    p = unit(transform(T_TRUE, lifted(points)))
-    chord = np.linalg.norm(p - directions, axis=1)
+    chord = np.linalg.norm(unit(transform(T_TRUE, lifted(points))) - directions, axis=1)
     np.testing.assert_allclose(
         np.linalg.norm(residual, axis=1), 2 * np.arcsin(chord / 2), atol=1e-12
     )

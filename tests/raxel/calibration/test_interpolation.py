@@ -71,8 +71,7 @@ def calibrated(views, *interpolation):
 def gap_px(view, camera, T_camera_board, step=1):
     """Distances in px of whole pixels from where their points on the board are seen."""
     pixels, points = pixels_on_board(view, WIDTH, HEIGHT, step)
-    flat = on_plane(points)
-    seen = camera.project(transform(T_camera_board, flat)).pixels
+    seen = camera.project(transform(T_camera_board, on_plane(points))).pixels
     return np.linalg.norm(seen - pixels, axis=1)
 
 

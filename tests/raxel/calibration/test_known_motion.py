@@ -89,8 +89,7 @@ def test_several_points_give_least_squares_line():
     rng = np.random.default_rng(9)
     points = seen_on(origins, directions, T) + rng.normal(0, 0.5, (4, 4, 2))
     rays = rays_from_known_motion(points, T)
-    flat = np.concatenate([points, np.zeros((4, 4, 1))], axis=2)
-    corners = transform(T, flat)
+    corners = transform(T, np.concatenate([points, np.zeros((4, 4, 1))], axis=2))
 
     def cost(origin, direction):
         q = corners - origin
@@ -129,8 +128,7 @@ def test_pixel_on_intersection_has_no_ray():
     # The planes cross where x = 0.
     x = np.array([0.0, 30.0])
     points = np.stack([np.c_[x, [1.0, 2.0]], np.c_[x, [1.0, 2.0]]])
-    rays = rays_from_known_motion(points, T)
-    assert rays.valid.tolist() == [False, True]
+    assert rays_from_known_motion(points, T).valid.tolist() == [False, True]
 
 
 @pytest.mark.parametrize(

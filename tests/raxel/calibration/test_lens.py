@@ -118,8 +118,7 @@ def test_wrong_corners_are_listed_with_zero_weight():
             (view, corner) > (3, 1)}  # fmt: skip
     assert {(w.view, w.corner) for w in found.wrong} == seen
     assert {w.name for w in found.wrong} <= {view.name for view in views}
-    clean = boards(true, 6, reach, seed=9)
-    assert evaluate_camera(found.camera, clean).rms_px < 0.05
+    assert evaluate_camera(found.camera, boards(true, 6, reach, seed=9)).rms_px < 0.05
 
 
 def test_lens_rejects_degenerate_boards():
@@ -139,8 +138,7 @@ def test_parallel_boards_leave_focal_length_undetermined():
     for shift in ([0, 0], [60, 20], [-40, 30]):
         view = boards(CAMERAS["wide perspective"][0], 1, (0, 0.1), seed=1)[0]
         flat = 3.0 * view.points + 300 + np.array(shift)
-        noisy = flat + 0.1 * rng.normal(size=flat.shape)
-        views.append(view._replace(pixels=noisy))
+        views.append(view._replace(pixels=flat + 0.1 * rng.normal(size=flat.shape)))
     with raises_code("focal-length-not-determined"):
         calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
 

@@ -31,8 +31,7 @@ def views_of(count, noise=0.0):
         )
         R = faced @ rotation_from_vector(rng.uniform(-0.5, 0.5, 3))
         t = 260 * faced[:, 2] - R @ [120.0, 75.0, 0.0]
-        corners = transform(pose(R, t), on_plane(BOARD))
-        pixels = TRUE.project(corners).pixels
+        pixels = TRUE.project(transform(pose(R, t), on_plane(BOARD))).pixels
         if np.isfinite(pixels).all():
             pixels = pixels + noise * rng.normal(size=pixels.shape)
             views.append(BoardView(pixels, BOARD, COLUMNS, ROWS, f"{len(views)}.png"))

@@ -12,8 +12,7 @@ def tilted(*degrees):
     """Boards turned about x by these angles, and about their own normal at random."""
     rng = np.random.default_rng(0)
     spins = rotation_from_vector(rng.uniform(0, 3, (len(degrees), 1)) * [[0, 0, 1.0]])
-    tilts = rotation_from_vector(np.radians(degrees)[:, None] * [[1.0, 0, 0]])
-    return tilts @ spins
+    return rotation_from_vector(np.radians(degrees)[:, None] * [[1.0, 0, 0]]) @ spins
 
 
 @pytest.mark.parametrize(

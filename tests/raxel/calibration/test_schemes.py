@@ -160,8 +160,7 @@ def test_free_lines_recover_exact_geometry():
     assert lines.used.all()
     assert np.abs(lines.T_base_grid - scene.T_base_grid).max() < 1e-6
     assert np.abs(lines.directions - scene.directions).max() < 1e-8
-    gap = np.cross(lines.origins - origins, scene.directions)
-    assert np.abs(gap).max() < 1e-5
+    assert np.abs(np.cross(lines.origins - origins, scene.directions)).max() < 1e-5
 
 
 def test_centrality_test_separates_cameras():

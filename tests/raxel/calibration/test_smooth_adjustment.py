@@ -44,8 +44,7 @@ def test_spline_equations_equal_derivatives():
     """Of corners' errors with control values and poses, by differences."""
     camera, seen, poses, rng = scene(1, 0.3, count=3)
     pixels, points = (np.concatenate(part) for part in zip(*seen, strict=True))
-    board = np.repeat(np.arange(3), 48)
-    corners = CornersOfBoards(pixels, on_plane(points), board)
+    corners = CornersOfBoards(pixels, on_plane(points), np.repeat(np.arange(3), 48))
     grid = grid_of(8, W, H, pixels)
     start = np.ascontiguousarray(camera.control)
     first = linear_part.linearised(LENS, poses, corners, start, grid)
@@ -69,8 +68,7 @@ def test_spline_equations_equal_derivatives():
     np.testing.assert_allclose(changed(start, moved), expected, atol=1e-3)
     turn = rotation_from_vector(step * np.array([0.3, -0.2, 0.1]))
     about = pose(turn, np.zeros(3)) @ poses
-    turning = (first.by_turn @ [0.3, -0.2, 0.1])[..., None]
-    expected = -(first.white @ turning)[..., 0]
+    expected = -(first.white @ (first.by_turn @ [0.3, -0.2, 0.1])[..., None])[..., 0]
     np.testing.assert_allclose(changed(start, about), expected, atol=1e-3)
 
 
@@ -97,8 +95,7 @@ def test_trend_corners_give_zero_field():
     rng = np.random.default_rng(3)
     seen, poses = boards(LENS, rng, N_BOARDS, 0)
     found = adjust_spline(LENS, disturbed(poses, rng), seen, W, H)
-    fresh = positions(rng, 500)
-    assert np.abs(found.camera.displacement(fresh)).max() < 1e-4
+    assert np.abs(found.camera.displacement(positions(rng, 500))).max() < 1e-4
     np.testing.assert_allclose(found.T_camera_grid, poses, atol=1e-3)
 
 
@@ -172,8 +169,7 @@ def test_spline_predicts_held_out_boards():
     pixels = np.concatenate([pixels for pixels, _ in seen])
     assert rms(misfit_px(found.camera, camera, pixels)) < 0.4
     assert found.camera.covers(pixels).all()
-    held_out = found.adjustment.held_out_px
-    assert min(held_out.values()) < 1.2 * np.sqrt(2) * 0.15
+    assert min(found.adjustment.held_out_px.values()) < 1.2 * np.sqrt(2) * 0.15
     assert found.adjustment.cells > 4
 
 

@@ -150,8 +150,7 @@ def test_smooth_table_rejects_and_counts_wrong_rays():
     found = smoothed_rays(pixels[kept], directions[kept], W, H)
     wrong = np.count_nonzero(kept[:90])
     assert wrong <= found.left_out["gross error"] <= wrong + 5
-    fresh = positions(rng, 500)
-    assert rms(misfit_px(found.camera, camera, fresh)) < 0.06
+    assert rms(misfit_px(found.camera, camera, positions(rng, 500))) < 0.06
 
 
 def test_smooth_table_accepts_any_frame(monkeypatch):
@@ -174,8 +173,7 @@ def test_smooth_table_accepts_any_frame(monkeypatch):
 
 
 def test_ray_trend_recovers_lens():
-    rng = np.random.default_rng(7)
-    pixels = positions(rng, 500)
+    pixels = positions(np.random.default_rng(7), 500)
     R = rotation_from_vector([0.2, 0.1, -0.4])
     found = trend_of_rays(pixels, LENS.rays(pixels).directions @ R.T, W, H)
     np.testing.assert_allclose(found.R_rays_trend, R, atol=1e-6)
@@ -195,8 +193,7 @@ def test_ray_trend_estimates_pixel_sd():
 
 
 def test_too_few_rays_and_two_centres_are_rejected():
-    camera = bent()
-    pixels, directions = noisy_rays(camera, np.random.default_rng(8), 30, 0)
+    pixels, directions = noisy_rays(bent(), np.random.default_rng(8), 30, 0)
     with raises_code("too-few-rays"):
         smoothed_rays(pixels, directions, W, H)
     with raises_code("too-few-rays"):
@@ -253,8 +250,7 @@ def test_sharing_counts_correlated_neighbours():
     own = rng.normal(size=(*across, 2)) + 3.0
     weights = rng.uniform(1, 2, across)[square[:, 0], square[:, 1]]
     control = rng.normal(size=(*SHAPE, 2))
-    sums = SimpleNamespace(spacing=SPACING)
-    field = SimpleNamespace(control=control, sums=sums)
+    field = SimpleNamespace(control=control, sums=SimpleNamespace(spacing=SPACING))
     values = field_at(pixels.astype(float), control, SPACING)[0]
     values += own[square[:, 0], square[:, 1]]
     sharing = smooth_module._sharing(field, pixels, values, weights, side)

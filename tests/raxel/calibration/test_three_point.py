@@ -64,8 +64,7 @@ def distance_gaps(directions, points, depths):
 def test_three_point_solutions_include_truth():
     points, corners, _ = triples(0, 3000)
     depths = three_point_depths(unit(corners), points)
-    true = np.linalg.norm(corners, axis=2)
-    gap = np.abs(depths - true[:, None]).max(axis=2)
+    gap = np.abs(depths - np.linalg.norm(corners, axis=2)[:, None]).max(axis=2)
     gap = np.min(np.where(np.isnan(gap), np.inf, gap), axis=1)
     # A few in ten thousand lie at a double root, where rounding may lose both.
     assert np.mean(gap > 1e-5) < 1e-3
@@ -80,8 +79,7 @@ def test_three_point_has_at_most_eight_solutions(seed):
     depths = three_point_depths(directions, points)
     assert depths.shape == (8, 8, 3)
     assert np.array_equal(depths[:, 4:], -depths[:, :4], equal_nan=True)
-    gaps = distance_gaps(directions, points, depths)
-    assert np.nanmax(gaps) < 1e-6
+    assert np.nanmax(distance_gaps(directions, points, depths)) < 1e-6
     flipped = three_point_depths(-directions, points)
     for ours, theirs in zip(depths, flipped, strict=True):
         a, b = (np.sort(x[np.isfinite(x[:, 0]), 0]) for x in (ours, theirs))

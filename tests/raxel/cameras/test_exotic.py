@@ -46,8 +46,7 @@ BY_KIND = pytest.mark.parametrize("camera", CAMERAS, ids=lambda c: c.kind)
 
 def on_lines(points, rays):
     """Distance of points (N, 3) from the lines of rays."""
-    reach = points - rays.origins
-    return np.linalg.norm(np.cross(reach, rays.directions), axis=1)
+    return np.linalg.norm(np.cross(points - rays.origins, rays.directions), axis=1)
 
 
 @BY_KIND
@@ -73,13 +72,11 @@ def test_points_behind_origin_are_invalid(camera):
 
 @BY_KIND
 def test_non_finite_values_are_invalid(camera):
-    pixels = np.array([[np.nan, 1], [1, np.inf], [5, 5]])
-    rays = camera.rays(pixels)
+    rays = camera.rays(np.array([[np.nan, 1], [1, np.inf], [5, 5]]))
     np.testing.assert_array_equal(rays.valid, [False, False, True])
     assert np.isnan(rays.origins[:2]).all()
     assert np.isnan(rays.directions[:2]).all()
-    points = np.array([[np.nan, 0, 50], [0, 0, np.inf], [1, 2, 90.0]])
-    seen = camera.project(points)
+    seen = camera.project(np.array([[np.nan, 0, 50], [0, 0, np.inf], [1, 2, 90.0]]))
     np.testing.assert_array_equal(seen.valid, [False, False, True])
     assert np.isnan(seen.pixels[:2]).all()
 
@@ -112,8 +109,7 @@ def test_camera_file_roundtrip_is_bit_identical(camera, tmp_path):
 
 
 def test_rays_of_crossed_slits_meet_both_slits():
-    pixels = np.random.default_rng(1).uniform(0, [W, H], (200, 2))
-    rays = XSLITS.rays(pixels)
+    rays = XSLITS.rays(np.random.default_rng(1).uniform(0, [W, H], (200, 2)))
     for point, slit in zip(XSLITS.slit_points, XSLITS.slit_directions, strict=True):
         across = np.cross(rays.directions, slit)
         gap = np.sum((rays.origins - point) * across, axis=1)
@@ -153,8 +149,7 @@ def test_points_before_axial_caustic_use_other_ray():
     assert np.abs(near.pixels - pixel).max() > 1e-3
     again = AXIAL.rays(near.pixels)
     assert on_lines(point, again)[0] < 1e-12
-    along = np.sum((point - again.origins) * again.directions)
-    assert along > caustic_reach(again)[0]
+    assert np.sum((point - again.origins) * again.directions) > caustic_reach(again)[0]
 
 
 def caustic_reach(rays):
@@ -187,8 +182,7 @@ def test_xslits_caustic_is_slits():
 
 def test_caustic_at_centre_and_infinity():
     pixels = np.array([[10.0, 20], [40, 30], [np.nan, 3]])
-    fisheye = FisheyeCamera("equidistance", 20, [31, 24], W, H)
-    sheets = caustic_points(fisheye, pixels)
+    sheets = caustic_points(FisheyeCamera("equidistance", 20, [31, 24], W, H), pixels)
     assert not sheets[:2].any()
     assert np.isnan(sheets[2]).all()
     assert np.isnan(caustic_points(ORTHOGRAPHIC, pixels)).all()
@@ -266,8 +260,7 @@ def test_moving_pupil_projects_points_beyond_caustic():
     beyond = camera.project(rays.origins + 1.05 * reach[:, None] * rays.directions)
     assert np.abs(beyond.pixels - pixels).max() < 1e-6
     before = camera.project(rays.origins + 0.8 * reach[:, None] * rays.directions)
-    apart = np.linalg.norm(before.pixels - pixels, axis=1)
-    assert not (apart < 1e-3).any()
+    assert not (np.linalg.norm(before.pixels - pixels, axis=1) < 1e-3).any()
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -240,6 +240,5 @@ def test_impossible_cameras_are_rejected(change, words):
 
 def test_clamped_edge_keeps_position_and_slope():
     mirror = sheet(ElasticaProfile.deflected(150.0, 15.0), 0.06, rough())
-    y = np.linspace(-50, 50, 11)
-    height, by_x, by_y, *_ = mirror.height(np.zeros(11), y)
+    height, by_x, by_y, *_ = mirror.height(np.zeros(11), np.linspace(-50, 50, 11))
     np.testing.assert_array_equal([height, by_x, by_y], 0)

@@ -143,16 +143,14 @@ def test_table_equals_camera_at_pixel_centres():
 
 
 def test_central_mirror_table_has_common_origin():
-    K = [[100, 0, 40], [0, 100, 30], [0, 0, 1]]
-    viewer = PerspectiveCamera(K, [], 81, 61)
+    viewer = PerspectiveCamera([[100, 0, 40], [0, 100, 30], [0, 0, 1]], [], 81, 61)
     mirror = QuadricMirrorCamera.aligned(viewer, "hyperboloid", (30, 20), 20)
     table = GeneralCamera.from_camera(mirror)
     assert table.central
     np.testing.assert_allclose(table.origins, mirror.centre, atol=1e-9)
     pixels = pixel_grid(81, 61)
     rays = mirror.rays(pixels)
-    points = (rays.origins + 150 * rays.directions)[rays.valid]
-    seen = table.project(points)
+    seen = table.project((rays.origins + 150 * rays.directions)[rays.valid])
     np.testing.assert_allclose(seen.pixels, pixels[rays.valid], atol=1e-6)
 
 

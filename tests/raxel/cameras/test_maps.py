@@ -45,8 +45,7 @@ coefficient = st.integers(-200, 200).map(lambda n: n / 1000)
 @settings(max_examples=25, deadline=None)
 def test_brown_camera_roundtrip(radial, tangential, seed):
     camera = BrownCamera(K, radial, tangential, *SIZE)
-    points = np.random.default_rng(seed).normal(0, 1, (200, 3))
-    pixels, valid = camera.project(points)
+    pixels, valid = camera.project(np.random.default_rng(seed).normal(0, 1, (200, 3)))
     rays = camera.rays(pixels[valid])
     assert rays.valid.all()
     again = camera.project(rays.directions)
@@ -58,8 +57,7 @@ def test_brown_camera_roundtrip(radial, tangential, seed):
 )
 @settings(max_examples=25, deadline=None)
 def test_rising_cubic_is_inverted(cube, square, line, seed):
-    slope = [line, 2 * square, 3 * cube]
-    high = min(smallest_positive_root(slope), 10.0)
+    high = min(smallest_positive_root([line, 2 * square, 3 * cube]), 10.0)
     x = np.random.default_rng(seed).uniform(0, 0.99 * high, 50)
     poly = np.polynomial.Polynomial([0, line, square, cube])
     found = invert_rising(poly, poly.deriv(), poly(x), high)

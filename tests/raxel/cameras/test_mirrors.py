@@ -117,8 +117,7 @@ def test_aligned_camera_is_central_at_focus(name):
     assert camera.central
     rays = camera.rays(random_pixels(5))
     reach = camera.centre - rays.origins
-    off = np.linalg.norm(np.cross(reach, rays.directions), axis=1)
-    assert np.nanmax(off) < 1e-9
+    assert np.nanmax(np.linalg.norm(np.cross(reach, rays.directions), axis=1)) < 1e-9
     assert centrality(rays) < 1e-9
     caustic = caustic_points(camera, random_pixels(5, 200))
     assert np.nanmax(np.abs(caustic - camera.centre)) < 1e-7
@@ -174,14 +173,12 @@ def test_sphere_reflection_solves_alhazen_quartic():
         across_p = (y * sine - x * cosine) / R
         along_p = (x * sine + y * cosine) / R - one
         roots = (across_c * along_p + across_p * along_c).roots
-        half = roots.real[np.abs(roots.imag) < 1e-7]
-        t = 2 * np.arctan(half)
+        t = 2 * np.arctan(roots.real[np.abs(roots.imag) < 1e-7])
         n = np.column_stack([np.sin(t), np.cos(t)])
         lit = (n @ [0, far] > R) & (n @ [x, y] > R)
         turn = rng.uniform(0, 2 * math.pi)
         unit = np.array([math.cos(turn), math.sin(turn)])
-        point = np.array([*(x * unit), far - y])
-        seen = camera.project(point[None])
+        seen = camera.project(np.array([*(x * unit), far - y])[None])
         within = lit & (R * n[:, 0] <= camera.rim_radius) & (n[:, 0] > 0)
         assert seen.valid[0] == within.any()
         if within.any():
@@ -222,8 +219,7 @@ def test_stationarity_derivative_equals_differences(shape):
     _, slope = stationarity(mirror, p, points, arrivals)
     for k, axis in enumerate(np.eye(2) * 1e-6):
         ahead = stationarity(mirror, p + axis, points, arrivals)[0]
-        behind = stationarity(mirror, p - axis, points, arrivals)[0]
-        numeric = (ahead - behind) / 2e-6
+        numeric = (ahead - stationarity(mirror, p - axis, points, arrivals)[0]) / 2e-6
         np.testing.assert_allclose(slope[..., k], numeric, rtol=1e-6, atol=1e-2)
 
 
@@ -269,8 +265,7 @@ def test_double_reflections_are_invalid():
     fisheye = FisheyeCamera("equidistance", 180, (320, 240), W, H)
     T = pose(np.diag([1.0, -1, -1]), [20, 0, 10])
     camera = QuadricMirrorCamera(fisheye, "sphere", (30,), 30, T, side="inside")
-    angle = np.radians([-45, 0, 50])
-    pixels = np.column_stack([320 + 180 * angle, np.full(3, 240)])
+    pixels = np.column_stack([320 + 180 * np.radians([-45, 0, 50]), np.full(3, 240)])
     np.testing.assert_array_equal(camera.rays(pixels).valid, [True, False, False])
 
 

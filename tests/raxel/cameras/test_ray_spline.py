@@ -61,8 +61,7 @@ def test_field_weights_reproduce_field():
 def test_steep_field_is_inverted():
     control = CONTROL * (0.89 / steepest(CONTROL, SPACING))
     pixels = positions(5000, margin=200)
-    targets = pixels + field_at(pixels, control, SPACING)[0]
-    back = undisplaced(targets, control, SPACING)
+    back = undisplaced(pixels + field_at(pixels, control, SPACING)[0], control, SPACING)
     np.testing.assert_allclose(back, pixels, atol=1e-11)
     assert np.isnan(undisplaced(np.full((1, 2), np.nan), control, SPACING)).all()
 
@@ -169,8 +168,7 @@ def test_ray_covariance_is_at_displaced_pixel():
     """A field that moves all pixels alike: their rays, differenced, turn as stated."""
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     nodes = np.broadcast_to([4.0, 1, 9], (2 * cells[0] + 1, 2 * cells[1] + 1, 3))
-    away = np.broadcast_to([14.0, -11.0], CONTROL.shape)
-    camera = spline(away, covariance=nodes)
+    camera = spline(np.broadcast_to([14.0, -11.0], CONTROL.shape), covariance=nodes)
     pixels = 40 + 0.6 * positions(20)
     steps = 1e-3 * np.eye(2)
     turns = [

@@ -57,8 +57,7 @@ def test_discontinuous_camera_has_exact_rays():
     camera = EVERY["planar mirrors"][0]
     rays = SmoothRays(camera)
     rays.grid(np.arange(W, dtype=float), np.arange(H, dtype=float))
-    share = np.mean(rays._tiles == EXACT)
-    assert 0 < share < 1
+    assert 0 < np.mean(rays._tiles == EXACT) < 1
     pixels = pixel_grid(W, H)
     turn, _ = differences(camera, rays.rays(pixels), pixels)
     assert turn < NEAR_PX

@@ -69,8 +69,7 @@ def test_homography_weights_scale_equations():
     repeat = np.repeat(np.arange(20), weights**2)
     for estimate in (homography_dlt, lambda *a: refine_homography(H_TRUE, *a)):
         weighted = estimate(source, target, weights)
-        repeated = estimate(source[repeat], target[repeat])
-        same(weighted, repeated, 1e-6)
+        same(weighted, estimate(source[repeat], target[repeat]), 1e-6)
     streamed = fit_homography(source, target, H_TRUE, weights=weights)
     same(streamed.H, homography_dlt(source, target, weights), 1e-9)
 
@@ -84,8 +83,7 @@ def test_homography_rejects_wrong_number_of_weights(field, array):
 
 
 def test_streamed_homography_equals_batch():
-    rng = np.random.default_rng(6)
-    source, target = noisy_pairs(rng, 1_000_000, sigma=0.5)
+    source, target = noisy_pairs(np.random.default_rng(6), 1_000_000, sigma=0.5)
     # Image order: the first block is a narrow strip, as when rows come in one by one.
     order = np.argsort(source[:, 1])
     source, target = source[order], target[order]
@@ -106,8 +104,7 @@ def test_streamed_homography_skips_outliers_and_missing():
     source, target = noisy_pairs(np.random.default_rng(15), 500, sigma=0.5)
     target[:50] += 40.0
     source[50:60] = np.nan
-    use = np.arange(500) < 480
-    fit = fit_homography(source, target, H_TRUE, use=use, limit=5.0)
+    fit = fit_homography(source, target, H_TRUE, use=np.arange(500) < 480, limit=5.0)
     np.testing.assert_array_equal(np.flatnonzero(fit.inliers), np.arange(60, 480))
     same(fit.H, homography_dlt(source[60:480], target[60:480]), 1e-9)
 
@@ -141,8 +138,7 @@ def test_jacobian_equals_differences():
 
 
 def test_refinement_reduces_transfer_error():
-    rng = np.random.default_rng(8)
-    source, target = noisy_pairs(rng, 40, sigma=20.0)
+    source, target = noisy_pairs(np.random.default_rng(8), 40, sigma=20.0)
     cost = [
         np.sum((apply_homography(H, source) - target) ** 2)
         for H in (

@@ -33,8 +33,7 @@ def test_pluecker_order_matches_thesis(rays):
     np.testing.assert_allclose(other_order(L)[:, 3:], np.cross(o, d), atol=1e-12)
     np.testing.assert_array_equal(other_order(other_order(L)), L)
     # Any point of the line will do.
-    slid = pluecker_of_rays(o + 13 * d, d)
-    np.testing.assert_allclose(slid, L, atol=1e-12)
+    np.testing.assert_allclose(pluecker_of_rays(o + 13 * d, d), L, atol=1e-12)
 
 
 def test_stacked_motions_equal_single_ones():
@@ -58,10 +57,8 @@ def test_meeting_lines_satisfy_5_30(rays):
     usual[3:, :3] *= -1
     in_usual = np.einsum("ni,ij,nj->n", other_order(L_2), usual, other_order(L_1))
     np.testing.assert_allclose(in_usual, side_products(L_1, L_2, T), atol=1e-10)
-    mixed = np.einsum("ni,ij,nj->n", L_2, usual, L_1)
-    assert np.abs(mixed).max() > 1
-    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
-    np.testing.assert_array_equal(usual[:3, :3], E)
+    assert np.abs(np.einsum("ni,ij,nj->n", L_2, usual, L_1)).max() > 1
+    np.testing.assert_array_equal(usual[:3, :3], cross_matrix(T[:3, 3]) @ T[:3, :3])
 
 
 def test_side_product_is_distance_times_sine():

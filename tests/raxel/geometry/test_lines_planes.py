@@ -70,8 +70,7 @@ def test_stacked_product_4_15_equals_direct_intersection():
     assert 0.2 < found.valid.mean() < 0.8
     matrices = pluecker_matrix_of_rays(origins, d)
     X = intersect_lines_plane(matrices, plane_of_pose(T))
-    stacked = np.hstack(list(matrices))
-    literal = (-stacked.T @ plane_of_pose(T)).reshape(-1, 4)
+    literal = (-np.hstack(list(matrices)).T @ plane_of_pose(T)).reshape(-1, 4)
     np.testing.assert_allclose(literal, X, rtol=1e-12, atol=1e-9)
     X = X[found.valid] / X[found.valid, 3:]
     direct = on_plane(found.points[found.valid])

@@ -15,8 +15,7 @@ def test_pose_from_homography_ignores_scale(scale):
 
 
 def test_noisy_homography_gives_rotation():
-    rng = np.random.default_rng(0)
-    T = pose_from_homography(rng.standard_normal((3, 3)))
+    T = pose_from_homography(np.random.default_rng(0).standard_normal((3, 3)))
     assert np.allclose(T[:3, :3].T @ T[:3, :3], np.eye(3), atol=1e-12)
     assert np.linalg.det(T[:3, :3]) == pytest.approx(1)
     assert T[2, 3] > 0

@@ -24,8 +24,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 def random_pose(rng, n=None):
     shape = (3,) if n is None else (n, 3)
-    R = rotation_from_vector(rng.normal(size=shape))
-    return pose(R, rng.normal(0, 100, shape))
+    return pose(rotation_from_vector(rng.normal(size=shape)), rng.normal(0, 100, shape))
 
 
 @given(seeds)

@@ -190,8 +190,7 @@ def test_eight_central_pairs_suffice():
         d = points @ motion[:3, :3].T + motion[:3, 3]
         d = d / np.linalg.norm(d, axis=1, keepdims=True)
         central.append(Rays(0 * d, d, np.ones(8, bool)))
-    length = float(np.linalg.norm(T[:3, 3]))
-    found = generalised_pose(*central, length=length)
+    found = generalised_pose(*central, length=float(np.linalg.norm(T[:3, 3])))
     assert np.abs(found.T_2_1 - T).max() < 1e-6
 
 

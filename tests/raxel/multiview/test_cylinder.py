@@ -52,8 +52,7 @@ def test_panorama_centre_is_inner_focus(camera, view):
 def test_panorama_vertical_line_is_column(view):
     heights = np.linspace(-1500, 1500, 31)
     for azimuth in (-3.0, -1.0, 0.0, 2.2):
-        points = in_camera(view, np.full(31, azimuth), heights)
-        u, v = view.project(points).T
+        u, v = view.project(in_camera(view, np.full(31, azimuth), heights)).T
         np.testing.assert_allclose(u, view.middle + view.radius * azimuth, atol=1e-9)
         wanted = view.horizon - view.radius * heights / 2000.0
         np.testing.assert_allclose(v, wanted, atol=1e-9)

@@ -91,8 +91,7 @@ def test_epipolar_angle_is_rotation_of_both_rays():
     # One pair, its rays turned by known angles out of the epipolar plane.
     d_1, d_2 = np.array([[0.0, 0.0, 1.0]]), unit(np.array([[0.3, 0.0, 1.0]]))
     T = pose(np.eye(3), [1.0, 0.0, 0.0])
-    up = np.array([0.0, 1.0, 0.0])
-    missed = epipolar_angles(T, d_1, unit(d_2 + 1e-4 * up))[0]
+    missed = epipolar_angles(T, d_1, unit(d_2 + 1e-4 * np.array([0.0, 1.0, 0.0])))[0]
     # Least squares shares it out: the root of the sum of squares is smaller.
     assert 0.5 * 1e-4 < abs(missed) < 1e-4
     assert epipolar_angles(T, d_1, d_2)[0] == 0

@@ -134,8 +134,7 @@ def plane_error(points):
     n = MOVED[:3, 2] @ fit.T_frame_plane[:3, :3]
     n = n * np.sign(n[2])
     # Of the true plane, abeam of the origin of the fitted one.
-    off = transform(inverse_pose(fit.T_frame_plane), MOVED[None, :3, 3])[0]
-    shift = off @ n
+    shift = transform(inverse_pose(fit.T_frame_plane), MOVED[None, :3, 3])[0] @ n
     return np.array([-n[1], n[0], shift]), fit.covariance
 
 
@@ -182,8 +181,7 @@ def test_conic_covariance_predicts_errors():
     scale = np.sqrt(np.diag(wanted))
     found = fit.covariance / np.outer(scale, scale)
     np.testing.assert_allclose(found, wanted / np.outer(scale, scale), atol=1e-4)
-    along = fit.covariance @ fit.coefficients
-    assert np.abs(along).max() < 1e-9 * np.abs(wanted).max()
+    assert np.abs(fit.covariance @ fit.coefficients).max() < 1e-9 * np.abs(wanted).max()
 
 
 def test_plane_covariance_predicts_rotation(rng):
@@ -194,8 +192,7 @@ def test_plane_covariance_predicts_rotation(rng):
     for _ in range(300):
         fit = fit_plane(on_plane(points) + [0, 0, 50] + noise_along_z(rng, sd), sd)
         n = fit.T_frame_plane[2, :3]
-        turn = np.array([-n[1], n[0]])
-        squares.append(turn**2 / np.diag(fit.covariance)[:2])
+        squares.append(np.array([-n[1], n[0]]) ** 2 / np.diag(fit.covariance)[:2])
     np.testing.assert_allclose(np.mean(squares, axis=0), 1, atol=4 * np.sqrt(2 / 300))
 
 
@@ -213,8 +210,7 @@ def test_shape_sigma_follows_from_scatter(rng, shape):
     share = measured.covariance / given.covariance
     reported = np.abs(given.covariance) > 1e-6 * np.abs(given.covariance).max()
     np.testing.assert_allclose(share[reported], (measured.sigma / 0.5) ** 2, rtol=1e-6)
-    exact = fitted(arc(200, {"circle": 3, "conic": 5}[shape]))
-    assert np.isnan(exact.sigma)
+    assert np.isnan(fitted(arc(200, {"circle": 3, "conic": 5}[shape])).sigma)
 
 
 @pytest.mark.parametrize(
@@ -255,8 +251,7 @@ def test_nearly_planar_cylinder_is_rejected(rng):
 @pytest.mark.parametrize(("apart", "sure"), [(4.0, True), (2.5, False)])
 def test_cylinder_radius_needs_three_sigmas(rng, apart, sure):
     points = mantle(rng, 120)
-    deviation = np.sqrt(fit_cylinder(points, 1.0).covariance[4, 4])
-    sigma = 62.98 / (apart * deviation)
+    sigma = 62.98 / (apart * np.sqrt(fit_cylinder(points, 1.0).covariance[4, 4]))
     if sure:
         assert fit_cylinder(points, sigma).radius == pytest.approx(62.98, abs=1e-6)
         return

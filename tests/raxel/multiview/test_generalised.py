@@ -151,8 +151,7 @@ def test_known_length_finds_short_motion():
 @pytest.mark.parametrize("sd", [0.32, 0.34])
 def test_length_is_determined_to_a_third(sd):
     """Three standard deviations are then as long as the motion."""
-    reported = np.diag([1e4] * 5 + [sd**-2])
-    found = MotionInformation(reported, 10.0, np.zeros(3), 1.0)
+    found = MotionInformation(np.diag([1e4] * 5 + [sd**-2]), 10.0, np.zeros(3), 1.0)
     assert found.scale_sd == pytest.approx(sd)
     assert found.scale_determined == (3 * sd < 1)
 
@@ -215,8 +214,7 @@ def test_pixel_noise_gives_unit_gaps():
     assert np.sqrt(np.mean(r**2)) == pytest.approx(1, abs=0.12)
     # The pivots of a bent mirror's rays lie behind it, on its caustic.
     pivots, sd = A.pivots()
-    behind = np.einsum("ni,ni->n", pivots - A.origins, A.directions)
-    assert behind.max() < -50
+    assert np.einsum("ni,ni->n", pivots - A.origins, A.directions).max() < -50
     assert np.all((sd > 0.5 * SD_PX / 1900) & (sd < 4 * SD_PX / 1900))
 
 
@@ -278,8 +276,7 @@ def test_sample_gaps_equal_pair_gaps():
     _, A, B = by_rig(np.random.default_rng(6), 40, T_RIG)
     pairs = matched_rays(A, B)
     R, u = pairs.about_centre(T_RIG)
-    samples = turning_pairs(pairs)
-    ours = squared_gaps(R[None], u[None], samples, 3.5)[0]
+    ours = squared_gaps(R[None], u[None], turning_pairs(pairs), 3.5)[0]
     np.testing.assert_allclose(np.sqrt(ours), np.abs(gaps(R, u, pairs)), rtol=1e-6)
 
 

@@ -81,8 +81,7 @@ def test_plane_view_reduces_relief_distortion():
     pixels, valid = CAMERA.project(points)
     points, pixels = points[valid], pixels[valid]
     assert len(points) > 15
-    rays = CAMERA.rays(pixels)
-    plane = facing_plane(T_BUST, closest_point(rays), 0.3 * BUST.relief)
+    plane = facing_plane(T_BUST, closest_point(CAMERA.rays(pixels)), 0.3 * BUST.relief)
     off = transform(inverse_pose(T_BUST), plane[None, :3, 3])[0]
     np.testing.assert_allclose(off, [0, 0, -0.3 * BUST.relief], atol=1e-9)
     view = view_of_plane(CAMERA, plane, 0.1, CORNER, SIZE)

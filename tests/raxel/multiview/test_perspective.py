@@ -43,8 +43,7 @@ def test_view_pixel_has_own_direction(request, name):
 
 def test_view_centre_is_image_centre(chosen):
     middle = (np.array([WIDTH, HEIGHT]) - 1) / 2
-    ray = chosen.R_camera_view[:, 2]
-    pixel = ASIDE.project(ray[None]).pixels[0]
+    pixel = ASIDE.project(chosen.R_camera_view[:, 2][None]).pixels[0]
     # The pixel of a grid of 101 x 101 that is nearest to the middle.
     assert np.abs(pixel - middle).max() <= 0.5 * WIDTH / 100
     np.testing.assert_allclose(chosen.K[:2, 2], pixel, atol=1e-9)

@@ -67,8 +67,7 @@ def test_plane_points_pixel_derivatives():
 def test_plane_points_pose_derivatives():
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 24)
     pixels = pixels[np.isfinite(scale)]
-    rays = CAMERA.rays(pixels)
-    directions = rays.directions @ T_BOARD[:3, :3]
+    directions = CAMERA.rays(pixels).directions @ T_BOARD[:3, :3]
     points = points_on_plane(CAMERA, pixels, T_BOARD).points
     by_pose = _moved_by_pose(points, directions)
     for k, step in enumerate(1e-5 * np.eye(6)):

@@ -123,8 +123,7 @@ def test_triangulation_covariance_predicts_errors():
 
 def test_point_distance_is_from_nearest_pivot():
     """Of two cameras, one much nearer than the other, in either order."""
-    rng = np.random.default_rng(8)
-    X = rng.uniform([-100, -100, 900], [100, 100, 1000], (30, 3))
+    X = np.random.default_rng(8).uniform([-100, -100, 900], [100, 100, 1000], (30, 3))
     centres = np.array([[0.0, 0, 0], [150.0, 0, 600]])
     sight = [angular_rays(Rays(c + 0 * X, unit(X - c), None), 1e-3) for c in centres]
     for order in ([0, 1], [1, 0]):
@@ -185,8 +184,7 @@ def test_point_at_infinity_is_excluded():
     rng = np.random.default_rng(4)
     X, pixels = in_mirror(rng, 40, STAGE[1:2], near=3e5, far=9e5)
     views = [RayView(rays_of_pixels(BENT, jittered(rng, x), SD_PX)) for x in pixels]
-    found = triangulate(views, STAGE[:2])
-    assert (found.reason != "").all()
+    assert (triangulate(views, STAGE[:2]).reason != "").all()
     both = bundle_rays(views, STAGE[:2], held=1)
     # Their directions still hold the rotation, and they stay in the fit.
     assert both.open_points.mean() > 0.9
@@ -235,8 +233,7 @@ def test_two_view_bundle_equals_pair_motion():
     bundle = bundle_rays(views[:2], STAGE[:2])
     pairs = refine_generalised_pose(views[0].rays, views[1].rays, STAGE[1])
     sd = np.sqrt(np.diag(bundle.covariance)[6:])
-    apart = steps_of(bundle, [STAGE[0], pairs.T_2_1])[6:]
-    assert np.all(np.abs(apart) < 0.02 * sd)
+    assert np.all(np.abs(steps_of(bundle, [STAGE[0], pairs.T_2_1])[6:]) < 0.02 * sd)
     assert bundle.scale_sd(1) == pytest.approx(pairs.scale_sd / pairs.rms, rel=0.1)
     turn_sd = pairs.rotation_sd / pairs.rms
     assert bundle.rotation_sd(1) == pytest.approx(turn_sd, rel=0.1)

@@ -101,8 +101,7 @@ def test_clamp_line_along_axis_gives_one_equation_per_function(roll, equations):
     grid = spline_grid([[-0.2, -0.15], [0.2, 0.15]])
     t, turn = np.linspace(-0.14, 0.14, 11), np.radians(roll)
     line = np.column_stack([-0.16 + t * np.sin(turn), t * np.cos(turn)])
-    one = Clamp(line, np.ones(11))
-    space = clamped(grid, one, truncation=1e-2)
+    space = clamped(grid, Clamp(line, np.ones(11)), truncation=1e-2)
     assert 21 - space.directions.shape[1] == equations
     np.testing.assert_allclose(
         grid.rows(line)[0] @ space.particular, 1, atol=1e-9 if roll == 0 else 0.05
@@ -112,8 +111,7 @@ def test_clamp_line_along_axis_gives_one_equation_per_function(roll, equations):
 def test_directions_without_knot_interval_are_rejected():
     camera = spline_like(bent(12), 12)
     p, normals = pairs(camera, visible_pixels(12)[::3])
-    u = camera.grid.turned(p)[:, 0]
-    near = u < camera.grid.breaks[0][4]
+    near = camera.grid.turned(p)[:, 0] < camera.grid.breaks[0][4]
     with raises_code("open-coefficients"):
         shape_up_to_scale(p[near], normals[near], camera.grid, "inverse depth")
     clamp = clamp_of_camera(camera, edge_pixels())

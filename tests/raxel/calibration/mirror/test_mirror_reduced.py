@@ -26,8 +26,7 @@ def distance_curve(bend=1.0):
 
 
 def height_curve(tip=-16.7):
-    heights = tip / 2 * np.array([0, 0, 3.0, -1.0])
-    return HeightCurve(heights, FOOT, ALONG, LENGTH)
+    return HeightCurve(tip / 2 * np.array([0, 0, 3.0, -1.0]), FOOT, ALONG, LENGTH)
 
 
 CURVES = {
@@ -142,8 +141,7 @@ def test_reduced_rejects_degenerate_input():
     assert "must be finite" in rejected(u=np.where(u > 0, np.nan, u))
     assert "no reflection" in rejected(scene_rays=viewing_rays(u)[0])
     assert "found 1 features" in rejected(u=np.full(12, 0.2))
-    close = 0.2 + 1e-9 * np.arange(12)
-    assert "too few different positions" in rejected(u=close)
+    assert "too few different positions" in rejected(u=0.2 + 1e-9 * np.arange(12))
     true = CURVES["distance"][0]
     near = np.linspace(-0.39, -0.2, 12)
     points = true.points(near) + 900 * true.scene_rays(near)

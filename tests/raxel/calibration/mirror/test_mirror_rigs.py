@@ -108,8 +108,7 @@ def test_flat_mirror_shows_both_positions(name):
     rig = mirror_rig(name)
     platter = rig.platter(np.random.default_rng(1))
     board = transform(platter.T_camera_board, on_plane(platter.board.points()))
-    pixels = rig.viewer.project(board).pixels
-    assert rig.viewer.in_image(pixels).all()
+    assert rig.viewer.in_image(rig.viewer.project(board).pixels).all()
     on_mirror = inverse_pose(rig.camera(0.0).T_viewer_mirror)
     assert transform(on_mirror, board)[:, 2].max() < -20
     T = platter.T_camera_mirror

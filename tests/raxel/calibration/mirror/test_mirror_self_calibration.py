@@ -25,8 +25,7 @@ def scene(depth_mm, push=PUSH):
     """Pixels (N, 2) before and after of points so far along the rays before."""
     before = visible_pixels(0.0, 30, 12)
     rays = bent(0.0).rays(before)
-    points = rays.origins + depth_mm * rays.directions
-    return before, bent(push).project(points).pixels
+    return before, bent(push).project(rays.origins + depth_mm * rays.directions).pixels
 
 
 def share(camera):

@@ -82,8 +82,7 @@ def test_corner_order_follows_first_image():
     rng = np.random.default_rng(3)
     T = board_pose([2.0, 3, 4])
     before, after = (board_view(d, T, "", rng) for d in (0.0, 5.0))
-    lattice = np.arange(14 * 13).reshape(13, 14)
-    turned = lattice[::-1, ::-1].ravel()
+    turned = np.arange(14 * 13).reshape(13, 14)[::-1, ::-1].ravel()
     other = after._replace(pixels=after.pixels[turned], sd=np.arange(182.0)[turned])
     again, clear = ordered_like(before, other)
     np.testing.assert_array_equal(again.pixels, after.pixels)
@@ -148,8 +147,7 @@ def test_misplaced_clamp_is_rejected(x, message):
 
 def test_line_replaces_hidden_clamp():
     clamp = good().clamp._replace(points=edge(4.0), hidden_mm=4.0)
-    views = good()._replace(clamp=clamp, steps=good().steps[:1])
-    found = calibrate_mirror(views)
+    found = calibrate_mirror(good()._replace(clamp=clamp, steps=good().steps[:1]))
     assert np.mean(ray_angles(found.cameras[1], 5.0)) < 0.05
 
 

@@ -52,8 +52,7 @@ def test_tracker_accepts_soft_clamp_line():
     following = MirrorTracker(FLAT, SCENE, line, SETTINGS)
     rng = np.random.default_rng(2)
     for deflection in (1.0, 2.0):
-        found = following.follow(seen(bent(deflection), T_GRID, rng))
-        assert found.settled
+        assert following.follow(seen(bent(deflection), T_GRID, rng)).settled
         height = heights_at(following.camera_now(), force_pixel(deflection))[0]
         assert abs(height - deflection) < 0.03
     held = FLAT.grid.rows(clamp.points)[0] @ following.coefficients

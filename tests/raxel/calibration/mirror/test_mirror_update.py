@@ -89,8 +89,7 @@ def test_update_from_noisy_corners_is_accurate(quantity, share, degrees):
     assert deflection_error(found.camera) < share
     assert angles_deg(found.camera, 5.0).mean() < degrees
     # Near scene points make the linear stage take the deflection for less (5.2.2).
-    linear = heights_at(found.linear, force_pixel(5.0))[0]
-    assert 0.3 < linear / 5 < 0.7
+    assert 0.3 < heights_at(found.linear, force_pixel(5.0))[0] / 5 < 0.7
     assert np.nanmean(found.residuals) < 0.2
     assert found.fit.converged
     assert not found.wrong.any()
@@ -100,8 +99,7 @@ def test_update_from_noisy_corners_is_accurate(quantity, share, degrees):
 
 def test_update_recovers_spline_mirror_without_noise():
     """Both stages are splines on knots over their own image."""
-    true = spline_like(bent(5.0), 5.0)
-    after = seen(true, T_GRID)
+    after = seen(spline_like(bent(5.0), 5.0), T_GRID)
     found = update_mirror(FLAT, BEFORE, after, GRID, CLAMP, outline=OUTLINE)
     # The spline nearest to the bent sheet keeps its clamp to some micrometres.
     assert angles_deg(found.camera, 5.0).mean() < 0.03
@@ -143,8 +141,7 @@ def test_missing_edge_features_are_rejected_or_flagged():
         update_mirror(FLAT, BEFORE, near, GRID, CLAMP, outline=OUTLINE)
     found = update_mirror(FLAT, BEFORE, near, GRID, CLAMP, PRIOR, outline=OUTLINE)
     assert any("last knot interval along u: determined" in flag for flag in found.flags)
-    ends = visible_pixels(5.0, 5, 3)[[6, 8]]
-    inner, outer = found.ray_sd(ends)
+    inner, outer = found.ray_sd(visible_pixels(5.0, 5, 3)[[6, 8]])
     assert outer > 3 * inner
     fewer = PRIOR._replace(fixed_shape=False)
     found = update_mirror(FLAT, BEFORE, near, GRID, CLAMP, fewer, outline=OUTLINE)
@@ -166,8 +163,7 @@ def test_support_counts_features_per_interval():
     with raises_code("no-feature-at-end"):
         need_support(empty)
     assert need_support(empty, clamp_at=("u", -1))[0].endswith("by the clamp")
-    found = supported_grid([[0, 0], [1, 1]], p[:3], (7, 3))
-    assert found.shape == (3, 3)
+    assert supported_grid([[0, 0], [1, 1]], p[:3], (7, 3)).shape == (3, 3)
 
 
 def test_exchanged_images_and_few_corners_are_rejected():
@@ -191,8 +187,7 @@ def test_misfit_is_ray_error_beyond_noise(misfit):
     noise = 0.1 * rng.standard_normal((4000, 2))
     bends = misfit * np.linalg.norm(reach, axis=1)[:, None]
     off = np.pad(noise + bends * rng.standard_normal((4000, 2)), ((0, 0), (0, 1)))
-    fit = SimpleNamespace(residuals=off, sd_mm=0.1)
-    found, widening = _beyond_noise(fit, reach)
+    found, widening = _beyond_noise(SimpleNamespace(residuals=off, sd_mm=0.1), reach)
     assert found == pytest.approx(misfit, rel=0.05)
     beyond = np.mean(bends**2) / 0.1**2
     assert widening == pytest.approx(1 + MISFIT_CORRELATION * beyond, rel=0.05)

@@ -46,8 +46,7 @@ def test_window_equals_part_of_whole_image():
 
 
 def test_window_contains_its_content():
-    rig = mirror_rig("A")
-    camera = rig.camera(15.0)
+    camera = mirror_rig("A").camera(15.0)
     window = mirror_window(camera)
     u, v = (np.linspace(0, n - 1, 61) for n in (camera.width, camera.height))
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
@@ -96,8 +95,7 @@ def test_corner_search_stays_inside_mirror():
     found = taken.corners(corners + [1004, 499])
     np.testing.assert_allclose(found[0], corners[0] + [1000, 500], atol=0.02)
     # The third is 15 px from the border: looked for from farther in, yet not taken.
-    seen = np.isfinite(found[:, 0])
-    np.testing.assert_array_equal(seen, [True, True, False, False])
+    np.testing.assert_array_equal(np.isfinite(found[:, 0]), [True, True, False, False])
     assert np.isnan(taken.corners(np.array([[1239.5, 639.5]]))).all()
 
 
@@ -107,8 +105,7 @@ def test_flat_mirror_shows_monitor_in_window():
     camera, window = platter_camera(rig, platter), platter_window(rig, platter)
     rng = np.random.default_rng(0)
     low = np.array([window.u, window.v])
-    pixels = low + rng.uniform(0, [window.width, window.height], (2000, 2))
-    rays = camera.rays(pixels)
+    rays = camera.rays(low + rng.uniform(0, [window.width, window.height], (2000, 2)))
     ring = np.pi * (platter.radius_mm**2 - platter.hub_mm**2)
     box = (2 * platter.radius_mm) ** 2
     assert rays.valid.mean() == pytest.approx(ring / box, rel=0.12)
