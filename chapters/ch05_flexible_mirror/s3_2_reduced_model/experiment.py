@@ -153,7 +153,7 @@ def distances_next_to(points, span, normals=None):
     """
     curve = DistanceCurve(np.zeros(4), span)
     u, distances = points[:, 0] / points[:, 1], np.linalg.norm(points, axis=1)
-    powers = np.vander(2 * curve.way(u) - 1, 4, increasing=True)
+    powers = np.vander(2 * curve.fraction(u) - 1, 4, increasing=True)
     if normals is None:
         return curve.replaced(np.linalg.lstsq(powers, distances, rcond=None)[0])
     rows, _ = curve.slope_equations(u, normals)

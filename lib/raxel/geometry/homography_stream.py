@@ -178,8 +178,8 @@ def _solved(sums, near, T_s, T_t, inliers, count):
 def floating(values):
     """Values as a contiguous array of floats; single precision is not copied."""
     values = np.asarray(values)
-    kept = values.dtype if values.dtype == np.float32 else float
-    return np.ascontiguousarray(values, kept)
+    dtype = values.dtype if values.dtype == np.float32 else float
+    return np.ascontiguousarray(values, dtype)
 
 
 def kronecker(a, b):

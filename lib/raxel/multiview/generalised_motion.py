@@ -742,8 +742,8 @@ def _check_rotation(turning, right, threshold):
     """Reject a pure rotation about the centre, which determines no shift."""
     own = turning.of(np.flatnonzero(right)[None])
     turn = best_turn(own.d_1, own.d_2)
-    off = np.linalg.norm(np.einsum("mij,jmk->imk", turn, own.d_1) - own.d_2, axis=0)
-    if np.all(off < threshold * np.hypot(own.sd_1, own.sd_2)):
+    errors = np.linalg.norm(np.einsum("mij,jmk->imk", turn, own.d_1) - own.d_2, axis=0)
+    if np.all(errors < threshold * np.hypot(own.sd_1, own.sd_2)):
         raise CalibrationError(
             f"motion: a pure rotation explains all {np.count_nonzero(right)} inliers; "
             "use a longer baseline, or a smaller threshold",

@@ -271,20 +271,23 @@ def sampled_motions(samples, spread, threshold, length=None):
     """
     R, axes = _start_rotations(samples)
     samples = _repeated(samples, len(R) // samples.d_1.shape[1])
-    ways, least = _start_shifts(R, axes, samples)
+    directions, least = _start_shifts(R, axes, samples)
     lengths = (
         [length] if length is not None else [times * spread for times in LENGTH_SPREADS]
     )
     found = [(settled(R, least, samples), samples)] if length is None else []
-    samples, ways = _repeated(samples, len(lengths)), np.tile(ways, (len(lengths), 1))
+    samples, directions = (
+        _repeated(samples, len(lengths)),
+        np.tile(directions, (len(lengths), 1)),
+    )
     lengths = np.repeat(lengths, len(R))
     R = np.tile(R, (len(lengths) // len(R), 1, 1))
-    held = settled(R, lengths[:, None] * ways, samples, lengths)
+    held = settled(R, lengths[:, None] * directions, samples, lengths)
     found.append((held, samples))
     if length is None:
         found.append((settled(*held, samples, steps=N_FREE_STEPS), samples))
-    kept = [_fitting(*motions, own, threshold) for motions, own in found]
-    return tuple(np.concatenate(part) for part in zip(*kept, strict=True))
+    retained = [_fitting(*motions, own, threshold) for motions, own in found]
+    return tuple(np.concatenate(part) for part in zip(*retained, strict=True))
 
 
 def _fitting(R, u, samples, threshold):

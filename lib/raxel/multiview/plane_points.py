@@ -179,9 +179,9 @@ def circle_outline(
         normals *= np.sign(np.sum(normals * outward, axis=1))[:, None]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     seen = camera.in_image(pixels) & np.isfinite(normals).all(axis=1)
-    gone = np.where(seen, 1.0, np.nan)
+    removed = np.where(seen, 1.0, np.nan)
     scale = np.sum(normals * outward, axis=1) / (TANGENT_STEP_RAD * radius)
-    return pixels * gone[:, None], normals * gone[:, None], scale * gone
+    return pixels * removed[:, None], normals * removed[:, None], scale * removed
 
 
 def measured_circle(
@@ -301,8 +301,8 @@ def _circle_by_pose(centre, points, by_pose, spread):
     """Derivatives (3, 6) of centre and radius by the pose, with the fit's weights."""
     outward = (points - centre) / _lengths(points - centre)
     A = np.column_stack([outward, np.ones(len(points))]) / spread[:, None]
-    apart = np.einsum("ni,nij->nj", outward, by_pose) / spread[:, None]
-    return np.linalg.lstsq(A, apart, rcond=None)[0]
+    separation = np.einsum("ni,nij->nj", outward, by_pose) / spread[:, None]
+    return np.linalg.lstsq(A, separation, rcond=None)[0]
 
 
 def _lengths(vectors):

@@ -500,10 +500,10 @@ def _of_midpoints(seen, system):
     a, b, c = system.L / system.r
     across = np.swapaxes(seen.B, 2, 3) @ system.state.R[:, None]
     across = across * seen.mask[..., None, None]
-    off = [a[..., None] * across[:, :, 0] + b[..., None] * across[:, :, 1]]
-    off.append(c[..., None] * across[:, :, 1])
+    errors = [a[..., None] * across[:, :, 0] + b[..., None] * across[:, :, 1]]
+    errors.append(c[..., None] * across[:, :, 1])
     normal = inverses(np.einsum("vnki,vnkj->nij", across, across))
-    return normal @ sum(np.einsum("vni,vnj->nij", e, e) for e in off) @ normal
+    return normal @ sum(np.einsum("vni,vnj->nij", e, e) for e in errors) @ normal
 
 
 def inverses(normal):

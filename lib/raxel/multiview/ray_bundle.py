@@ -320,8 +320,8 @@ def _start(views, T, points, centre):
     middle = np.where(np.isfinite(middle).all(axis=1)[:, None], middle, np.nan)
     used = seen.mask.sum(axis=0) >= 2
     number = np.cumsum(used) - 1
-    kept = [_only(view, used, number) for view in views]
-    counts = [len(view.points) for view in kept]
+    retained = [_only(view, used, number) for view in views]
+    counts = [len(view.points) for view in retained]
     if min(counts) < MIN_N_POINTS:
         raise CalibrationError(
             f"bundle: view {int(np.argmin(counts))} shares {min(counts)} points with "
@@ -331,7 +331,7 @@ def _start(views, T, points, centre):
     middle = middle[used]
     reach = np.linalg.norm(middle[np.isfinite(middle[:, 0])], axis=1)
     metre = np.median(reach) if len(reach) else 1.0
-    seen = RayTracks(kept, used.sum(), metre, centre)
+    seen = RayTracks(retained, used.sum(), metre, centre)
     return seen, used, seen.starts(*seen.poses(T), middle)
 
 
@@ -369,9 +369,9 @@ def _check_shapes(count, T, held):
 
 def _check_scale(T, centre, spread, held):
     if held is not None:
-        way = T[held] @ inverse_pose(T[0])
-        apart = np.linalg.norm(way[:3, :3] @ centre + way[:3, 3] - centre)
-        if not apart > COINCIDENCE_TOL * (
+        motion = T[held] @ inverse_pose(T[0])
+        separation = np.linalg.norm(motion[:3, :3] @ centre + motion[:3, 3] - centre)
+        if not separation > COINCIDENCE_TOL * (
             np.abs(centre).max() + np.abs(T[:, :3, 3]).max()
         ):
             raise CalibrationError(

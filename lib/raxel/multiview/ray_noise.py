@@ -360,8 +360,8 @@ def are_rotations(R):
     R = np.asarray(R, float)
     if not np.isfinite(R).all():
         return False
-    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0)
-    return bool(off < ORTHOGONALITY_TOL and np.all(np.linalg.det(R) > 0))
+    errors = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0)
+    return bool(errors < ORTHOGONALITY_TOL and np.all(np.linalg.det(R) > 0))
 
 
 def gaps(

@@ -384,8 +384,8 @@ def _median_variance(rays, centre, T, freedom):
     """Variance of a whitened coordinate, from the median of the squared residuals."""
     squares = squared_residuals(rays, centre, T)
     shared = squares[:, np.count_nonzero(rays[1][..., 0], axis=0) >= 2]
-    kept = 2 * np.count_nonzero(~np.isnan(shared))
-    return float(np.nanmedian(shared)) / CHI2_MEDIAN * kept / freedom
+    retained = 2 * np.count_nonzero(~np.isnan(shared))
+    return float(np.nanmedian(shared)) / CHI2_MEDIAN * retained / freedom
 
 
 def _descend(rays, centre, T, bends, freedom, close_enough, iterations):

@@ -263,8 +263,8 @@ def _system(lines, block, T):
         W = np.zeros((count, 2, 2))
         W[:, 0, 0], W[:, 0, 1], W[:, 1, 1] = w.T
         seen = w[:, 0] > 0
-        off = np.where(seen[:, None], q - lines.points[j, block], 0.0)
-        residual[:, rows] = np.einsum("nab,nb->na", W, off)
+        errors = np.where(seen[:, None], q - lines.points[j, block], 0.0)
+        residual[:, rows] = np.einsum("nab,nb->na", W, errors)
         A = np.concatenate([np.tile(np.eye(2), (count, 1, 1)), -m[..., None]], axis=2)
         E = W @ A
         across = E @ R.T @ axes

@@ -55,8 +55,8 @@ def centrality_of_views(views, width, height, T_camera_grid):
         alike_px = np.sqrt(np.median([_cell_area(view) for view in views]))
         views = [interpolated_view(view, "by need")[0] for view in views]
     area = sum(view.area() for view in views)
-    apart = min(MAX_N_OBSERVATIONS, area / alike_px**2)
-    samples = sample_boards(views, width, height, apart)
+    separation = min(MAX_N_OBSERVATIONS, area / alike_px**2)
+    samples = sample_boards(views, width, height, separation)
     sigma = None
     if all(view.every_pixel and view.sd is not None for view in views):
         u, v = samples.pixels.T
@@ -217,13 +217,13 @@ def centrality_test(
 def _without_gross_errors(points, central, lines):
     """(N,) bool: rays whose points are all near their line, within the noise."""
     w = np.moveaxis(central.whitening.astype(float), 2, 0)
-    off = np.stack(
+    errors = np.stack(
         [
             intersect_rays_plane(lines.origins, lines.directions, T).points - own
             for T, own in zip(lines.T_base_grid, points, strict=True)
         ]
     )
-    x, y = np.moveaxis(off, 2, 0)
+    x, y = np.moveaxis(errors, 2, 0)
     squares = (w[0] * x + w[1] * y) ** 2 + (w[2] * y) ** 2
     counted = (w[0] > 0) & lines.used
     usual = np.median(squares[counted]) / CHI2_MEDIAN
@@ -239,8 +239,8 @@ def correlation(window, step=1):
     of these squared. With every `step`-th pixel only, it is that much less, but at
     least 1.
     """
-    apart = np.arange(-window + 1, window)
-    along = np.sum((1 - np.abs(apart) / window) ** 2)
+    separation = np.arange(-window + 1, window)
+    along = np.sum((1 - np.abs(separation) / window) ** 2)
     return max(1.0, along**2 / step)
 
 

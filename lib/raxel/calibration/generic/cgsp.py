@@ -163,26 +163,26 @@ def _start(samples, side, pinhole, rng):
 
 def _linear(samples, boards, side, pinhole, rng):
     """Start from a base and the boards whose rays agree with one homography to it."""
-    fits, kept, failures = [], [0], []
+    fits, retained, failures = [], [0], []
     points, seen = samples.points[list(boards)], samples.seen[list(boards)]
     for k in range(1, len(boards)):
         try:
             fits.append(homography_to_base(points, seen, k, "ransac", rng))
-            kept.append(k)
+            retained.append(k)
         except CalibrationError as error:
             failures.append(error)
-    if len(kept) < 3 and failures:
+    if len(retained) < 3 and failures:
         raise failures[0]
-    if len(kept) < 3:
+    if len(retained) < 3:
         raise CalibrationError(
             "no board overlaps two others in the image; take more images whose boards "
             "share an area",
             code="no-overlap",
         )
     solution = solve_homographies(
-        points[kept], fits, side=side, pinhole=pinhole, rounds=N_WEIGHTING_ROUNDS
+        points[retained], fits, side=side, pinhole=pinhole, rounds=N_WEIGHTING_ROUNDS
     )
-    return Start(tuple(boards[k] for k in kept), solution)
+    return Start(tuple(boards[k] for k in retained), solution)
 
 
 # Central camera from decoded grids, by the protocol of section 4.3.1. The first grids

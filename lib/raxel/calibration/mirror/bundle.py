@@ -107,8 +107,8 @@ class BundleProblem(NamedTuple):
         views = []
         for view, whiten in zip(self.seen, self.whiten, strict=True):
             placed = placed_points(view.points, state.T[view.grid])
-            off = view.rays.residuals(c[view.stage], placed)
-            views.append((whiten @ off[:, :, None])[:, :, 0])
+            errors = view.rays.residuals(c[view.stage], placed)
+            views.append((whiten @ errors[:, :, None])[:, :, 0])
         rows = [
             rows @ one - values
             for one, (rows, values) in zip(c, self.further, strict=True)
@@ -127,7 +127,7 @@ class BundleProblem(NamedTuple):
         """Normal matrix (P, P) and half the gradient (P,): stages first, then poses."""
         starts, size = self.layout(state)
         normal, gradient = np.zeros((size, size)), np.zeros(size)
-        for view, whiten, off in zip(self.seen, self.whiten, views, strict=True):
+        for view, whiten, errors in zip(self.seen, self.whiten, views, strict=True):
             by_shape, by_pose = self.jacobians(view, whiten, state)
             shape = slice(*starts[view.stage : view.stage + 2])
             k = starts[-1] + 6 * view.grid
@@ -137,13 +137,13 @@ class BundleProblem(NamedTuple):
             normal[pose, pose] += by_pose.T @ by_pose
             normal[shape, pose] += both
             normal[pose, shape] += both.T
-            gradient[shape] += by_shape.T @ off.ravel()
-            gradient[pose] += by_pose.T @ off.ravel()
-        for stage, off in enumerate(rows):
+            gradient[shape] += by_shape.T @ errors.ravel()
+            gradient[pose] += by_pose.T @ errors.ravel()
+        for stage, errors in enumerate(rows):
             shape = slice(*starts[stage : stage + 2])
             own = self.further[stage][0] @ self.spaces[stage].directions
             normal[shape, shape] += own.T @ own
-            gradient[shape] += own.T @ off
+            gradient[shape] += own.T @ errors
         return normal, gradient
 
     def jacobians(self, view, whiten, state):
@@ -432,7 +432,7 @@ def _widening(problem, state):
 def _variance(problem, views, state):
     """Sum of the corners' squared residuals per degree of freedom, and that number."""
     unknowns = problem.layout(state)[1]
-    corners = sum(len(off) for off in views)
+    corners = sum(len(errors) for errors in views)
     if 2 * corners <= unknowns:
         raise CalibrationError(
             f"bundle: found {corners} corners for {unknowns} unknowns; show more "
@@ -440,7 +440,7 @@ def _variance(problem, views, state):
             code="too-few-corners",
         )
     freedom = 2 * corners - unknowns
-    return float(sum(np.sum(off**2) for off in views) / freedom), freedom
+    return float(sum(np.sum(errors**2) for errors in views) / freedom), freedom
 
 
 def _sightings(cameras, views, T):
@@ -547,8 +547,8 @@ def _result(cameras, problem, state, costs, converged, widening, flags):
     inverse = inverse_of(problem.equations(state, views, rows)[0])
     # Convert from the widened standard deviations to those of the corners.
     views = [
-        off * np.sqrt(widening[view.stage])
-        for view, off in zip(problem.seen, views, strict=True)
+        errors * np.sqrt(widening[view.stage])
+        for view, errors in zip(problem.seen, views, strict=True)
     ]
     variance, freedom = _variance(problem, views, state)
     outward = _outward(problem, state)
@@ -558,8 +558,8 @@ def _result(cameras, problem, state, costs, converged, widening, flags):
         for camera, c in zip(cameras, coefficients, strict=True)
     )
     in_px = tuple(
-        off * (view.sd * view.scale)[:, None]
-        for off, view in zip(views, problem.seen, strict=True)
+        errors * (view.sd * view.scale)[:, None]
+        for errors, view in zip(views, problem.seen, strict=True)
     )
     return StageBundle(
         found,
@@ -593,7 +593,7 @@ def _misfit(problem, state, views):
     """(n,) rad: part of the residuals of each stage's views beyond noise."""
     c = problem.coefficients(state)
     squares, counts = np.zeros(len(c)), np.zeros(len(c))
-    for view, off in zip(problem.seen, views, strict=True):
+    for view, errors in zip(problem.seen, views, strict=True):
         if view.unknown_sd:
             continue
         placed = placed_points(view.points, state.T[view.grid])
@@ -602,8 +602,8 @@ def _misfit(problem, state, views):
         vectors = view.rays.residuals(c[view.stage], placed)
         found = np.sum((vectors / away[:, None]) ** 2, axis=1)
         # Under noise alone the mean is 1, with standard deviation 1 / sqrt(N).
-        mean, chance = np.mean(off**2), MISFIT_SIGMAS / np.sqrt(len(off))
+        mean, chance = np.mean(errors**2), MISFIT_SIGMAS / np.sqrt(len(errors))
         beyond = 1 - 1 / mean if mean > 1 + chance else 0.0
         squares[view.stage] += beyond * np.sum(found) / 2
-        counts[view.stage] += len(off)
+        counts[view.stage] += len(errors)
     return np.sqrt(squares / np.maximum(counts, 1))

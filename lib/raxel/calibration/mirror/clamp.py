@@ -128,9 +128,9 @@ def edge_picks(image, picks, reach=6.0):
     weight = change**2
     at = (steps[1:] + steps[:-1]) / 2
     with np.errstate(invalid="ignore", divide="ignore"):
-        off = weight @ at / weight.sum(axis=1)
+        errors = weight @ at / weight.sum(axis=1)
         clear = np.ptp(grey, axis=1) > MIN_CONTRAST * image.max()
-    return np.where(clear[:, None], picks + off[:, None] * across, np.nan)
+    return np.where(clear[:, None], picks + errors[:, None] * across, np.nan)
 
 
 def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
@@ -165,15 +165,15 @@ def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
     used = finite.copy()
     for _ in range(MAX_N_LINE_FITS):
         middle, along, across = _axes(image[used])
-        off = (image - middle) @ across * scale
-        width = max(1.4826 * np.median(np.abs(off[finite])), MIN_SCALE_PX)
-        kept = finite & (
-            np.abs(np.nan_to_num(off, nan=np.inf)) <= OUTLIER_SCALES * width
+        errors = (image - middle) @ across * scale
+        width = max(1.4826 * np.median(np.abs(errors[finite])), MIN_SCALE_PX)
+        retained = finite & (
+            np.abs(np.nan_to_num(errors, nan=np.inf)) <= OUTLIER_SCALES * width
         )
-        if np.array_equal(kept, used) or np.count_nonzero(kept) < MIN_N_PICKS:
+        if np.array_equal(retained, used) or np.count_nonzero(retained) < MIN_N_PICKS:
             break
-        used = kept
-    rms = float(np.sqrt(np.mean(off[used] ** 2)))
+        used = retained
+    rms = float(np.sqrt(np.mean(errors[used] ** 2)))
     if 2 * np.count_nonzero(used) < np.count_nonzero(finite) or rms > MAX_LINE_RMS_PX:
         raise CalibrationError(
             f"clamp: found {np.count_nonzero(used)} of {np.count_nonzero(finite)} "
@@ -278,7 +278,7 @@ def _give(camera, p, u, line, hidden, length, deflection):
         return firm
     # mm on the mirror per unit of u; one side may be outside the knots.
     step = 1e-6
-    sides = [camera.mirror.points(p + way * step * u) for way in (1, -1)]
+    sides = [camera.mirror.points(p + direction * step * u) for direction in (1, -1)]
     away = np.linalg.norm(sides - camera.mirror.points(p), axis=2) / step
     hidden = np.hypot(hidden, line.offset_sd * np.nanmax(away, axis=0))
     return np.maximum(firm, beam_motion(hidden, length, abs(deflection)))

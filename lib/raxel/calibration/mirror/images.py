@@ -65,13 +65,15 @@ def ordered_like(before, after):
     lattice = np.arange(after.columns * after.rows).reshape(after.rows, after.columns)
     turned = [np.rot90(lattice, k) for k in range(4)]
     fitting = [one.ravel() for one in turned if one.shape == lattice.shape]
-    off = []
+    errors = []
     for order in fitting:
         gap = np.linalg.norm(after.pixels[order] - before.pixels, axis=1)
-        off.append(np.median(gap[np.isfinite(gap)]) if np.isfinite(gap).any() else 0.0)
-    best = fitting[int(np.argmin(off))]
+        errors.append(
+            np.median(gap[np.isfinite(gap)]) if np.isfinite(gap).any() else 0.0
+        )
+    best = fitting[int(np.argmin(errors))]
     sd = None if after.sd is None else after.sd[best]
-    first, second = sorted(off)[:2]
+    first, second = sorted(errors)[:2]
     ordered = after._replace(pixels=after.pixels[best], sd=sd)
     return ordered, bool(first < MAX_ORDER_RATIO * second)
 
@@ -96,8 +98,8 @@ def clamp_picks(mirror_set, viewer):
     # Distance of the edge from the given line, px.
     across = np.array([np.cos(by_hand.angle), np.sin(by_hand.angle)])
     scale = np.median(magnification(viewer, near))
-    off = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
-    if abs(np.mean(off)) > MAX_EDGE_OFFSET_SIGMAS * sd or line.rms_px > max(sd, 0.5):
+    errors = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
+    if abs(np.mean(errors)) > MAX_EDGE_OFFSET_SIGMAS * sd or line.rms_px > max(sd, 0.5):
         return given_picks
     return ClampPicks(near, line.rms_px, hidden)
 

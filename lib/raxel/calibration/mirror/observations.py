@@ -252,11 +252,11 @@ class RayPoints:
         ends = (self.p + shifts[:, None]).reshape(-1, 2)
         stay = np.tile(self.p, (4, 1))
         ends = np.where(self.grid.inside(ends)[:, None], ends, stay)
-        off = RayPoints(ends, self.grid, self.quantity)
-        off = off.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)  # type: ignore[assignment]
+        errors = RayPoints(ends, self.grid, self.quantity)
+        errors = errors.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)  # type: ignore[assignment]
         ends = ends.reshape(2, 2, -1, 2)  # type: ignore[assignment]
         width = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=2)
-        return np.moveaxis((off[:, 0] - off[:, 1]) / width[:, :, None], 0, 2)  # type: ignore[index]
+        return np.moveaxis((errors[:, 0] - errors[:, 1]) / width[:, :, None], 0, 2)  # type: ignore[index]
 
     def _parts(self, scene, q):
         a = _dot(scene, q)
@@ -308,8 +308,8 @@ def wrong_matches(points, pixels):
         return wrong
     x, y = _centred(points[shown]).T
     A = np.stack([x**i * y**j for i, j in CUBIC_EXPONENTS], axis=1)
-    off = _least_distances(A, pixels[shown])
-    wrong[shown] = off > max(OUTLIER_MEDIANS * np.median(off), MIN_OUTLIER_PX)
+    errors = _least_distances(A, pixels[shown])
+    wrong[shown] = errors > max(OUTLIER_MEDIANS * np.median(errors), MIN_OUTLIER_PX)
     return wrong
 
 
@@ -320,12 +320,12 @@ def _least_distances(A, pixels):
     for _ in range(MAX_N_ROUNDS):
         normal = A.T * weights
         coefficients = np.linalg.solve(normal @ A, normal @ pixels)
-        off = np.linalg.norm(pixels - A @ coefficients, axis=1)
-        weights = 1 / np.maximum(off, 0.1)
-        last, median = median, np.median(off)
+        errors = np.linalg.norm(pixels - A @ coefficients, axis=1)
+        weights = 1 / np.maximum(errors, 0.1)
+        last, median = median, np.median(errors)
         if abs(last - median) <= MEDIAN_TOL * median:
             break
-    return off
+    return errors
 
 
 def _centred(points):
@@ -533,9 +533,9 @@ def labelled_like(
     for turn in LATTICE_SYMMETRIES:
         if np.linalg.det(turn) * other_hand * hand < 0:
             continue
-        apart = there - places @ turn
-        shift = np.rint(apart.mean(axis=0)).astype(int)
-        gap = np.linalg.norm(apart - shift, axis=1).max()
+        separation = there - places @ turn
+        shift = np.rint(separation.mean(axis=0)).astype(int)
+        gap = np.linalg.norm(separation - shift, axis=1).max()
         found.append((gap, after.indices @ turn + shift))
     found.sort(key=lambda one: one[0])
     if found[0][0] > MAX_CLAMP_SHIFT or found[1][0] < MIN_OTHER_SHIFT:

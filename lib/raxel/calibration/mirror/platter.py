@@ -85,8 +85,10 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
     right = seen & ~wrong_matches(view.points, pixels)
     for _ in range(MAX_N_ROUNDS):
         H = homography_dlt(view.points[right], image[right])
-        off = scale * np.linalg.norm(apply_homography(H, view.points) - image, axis=1)
-        fits = off <= max(OUTLIER_MEDIANS * np.median(off[right]), MIN_OUTLIER_PX)
+        errors = scale * np.linalg.norm(
+            apply_homography(H, view.points) - image, axis=1
+        )
+        fits = errors <= max(OUTLIER_MEDIANS * np.median(errors[right]), MIN_OUTLIER_PX)
         if np.array_equal(fits, right):
             break
         right = fits
@@ -98,7 +100,7 @@ def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseV
             code="not-flat",
         )
     # Two components, from the median of their length.
-    sd = np.median(off[right]) / np.sqrt(2 * np.log(2))
+    sd = np.median(errors[right]) / np.sqrt(2 * np.log(2))
     return view._replace(
         pixels=np.where(right[:, None], pixels, np.nan), sd=np.full(len(pixels), sd)
     )
@@ -458,8 +460,8 @@ class _Problem(NamedTuple):
     def result(self, state, cost):
         grids, boards = state[: self.count], state[self.count :]
         sd = np.concatenate([s.sd for s in self.boards + self.grids])
-        off = self.residuals(state).reshape(-1, 2) * sd[:, None]
-        rms_px = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        errors = self.residuals(state).reshape(-1, 2) * sd[:, None]
+        rms_px = float(np.sqrt(np.mean(np.sum(errors**2, axis=1))))
         expected = 0.0
         if not self.boards[0].unknown_sd:
             expected = np.sqrt(2 * np.mean(sd**2))

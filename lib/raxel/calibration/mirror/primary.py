@@ -145,9 +145,9 @@ def robust_start(seen, given, T, spline, span):
     every = [seen] if given is None else [seen, given]
     wrong = [[_smooth_outliers(*grid) for grid in one] for one in every]
     for left in reversed(range(MAX_N_ROUNDS + 1)):
-        kept = [_without(*pair) for pair in zip(every, wrong, strict=True)]
-        sighted = [_known(*grid) for grid in kept[-1]]
-        start = _linear_stage(kept[0], sighted, T, spline, span)
+        retained = [_without(*pair) for pair in zip(every, wrong, strict=True)]
+        sighted = [_known(*grid) for grid in retained[-1]]
+        start = _linear_stage(retained[0], sighted, T, spline, span)
         # Test all points: a poor initial shape can reject correct ones.
         pairs = zip(every, wrong, strict=True)
         found = [_far(start, *pair, T, spline[-1]) for pair in pairs]
@@ -193,15 +193,15 @@ def _far(start, seen, wrong, T, quantity):
     its knots, those that were wrong before."""
     found = []
     for (p, xy), pose in zip(seen, T, strict=True):
-        off, there = np.full(len(p), np.nan), start.grid.inside(p)
+        errors, there = np.full(len(p), np.nan), start.grid.inside(p)
         rays = RayPoints(p[there], start.grid, quantity)
         gap = rays.residuals(start.coefficients, placed_points(xy[there], pose))
-        off[there] = np.linalg.norm(gap, axis=1)
-        found.append(off)
+        errors[there] = np.linalg.norm(gap, axis=1)
+        found.append(errors)
     limit = OUTLIER_MEDIANS * max(np.nanmedian(np.concatenate(found)), MIN_OUTLIER_MM)
     return [
-        np.where(np.isfinite(off), off > limit, before)
-        for off, before in zip(found, wrong, strict=True)
+        np.where(np.isfinite(errors), errors > limit, before)
+        for errors, before in zip(found, wrong, strict=True)
     ]
 
 
@@ -449,8 +449,10 @@ def _refined(grid, quantity, start, sighted, T, pose_covariance):
     def evaluate(c):
         if not rays.in_front(c):
             return np.inf, None
-        off = rays.residuals(c, targets).ravel()
-        return gauss_newton(off, lambda: rays.jacobian(c, targets).reshape(-1, len(c)))
+        errors = rays.residuals(c, targets).ravel()
+        return gauss_newton(
+            errors, lambda: rays.jacobian(c, targets).reshape(-1, len(c))
+        )
 
     c, costs, converged = descend(
         evaluate,

@@ -129,7 +129,7 @@ class DistanceCurve(_Curve):
         D, D_u = b @ self.coefficients, b_u @ self.coefficients
         return D[:, None] * V_u + D_u[:, None] * V
 
-    def way(self, u: ArrayLike) -> NDArray[np.float64]:
+    def fraction(self, u: ArrayLike) -> NDArray[np.float64]:
         """Return the share (N,) of the way from clamp to free edge, in the image."""
         return (np.asarray(u, float) - self.span[0]) / (self.span[1] - self.span[0])
 
@@ -211,7 +211,7 @@ class DistanceCurve(_Curve):
     def _rows(self, u):
         """Powers of s (N, 4), and their derivatives by u (N, 4)."""
         rate = 2 / (self.span[1] - self.span[0])
-        b, b_s = _powers(2 * self.way(u) - 1)
+        b, b_s = _powers(2 * self.fraction(u) - 1)
         return b, rate * b_s
 
 
@@ -283,7 +283,7 @@ class HeightCurve(_Curve):
         _, slope = self._height(self._lengths(u))
         return self.direction + slope[:, None] * self._upright
 
-    def way(self, u: ArrayLike) -> NDArray[np.float64]:
+    def fraction(self, u: ArrayLike) -> NDArray[np.float64]:
         """Return the share (N,) of the way from clamp to free edge, along the line."""
         return self._lengths(u) / self.length
 
@@ -795,9 +795,9 @@ def place_row(
     start = _first_row(origins, directions, across, places)
 
     def evaluate(row):
-        foot, way = row[:2], np.array([np.cos(row[2]), np.sin(row[2])])
-        residuals = dot(across, foot + places[:, None] * way - origins)
-        turned = across @ np.array([-way[1], way[0]])
+        foot, direction = row[:2], np.array([np.cos(row[2]), np.sin(row[2])])
+        residuals = dot(across, foot + places[:, None] * direction - origins)
+        turned = across @ np.array([-direction[1], direction[0]])
         return gauss_newton(
             residuals, lambda: np.column_stack([across, places * turned])
         )
@@ -812,8 +812,8 @@ def place_row(
 def _first_row(origins, directions, across, places):
     """Foot and angle (3,) of the best initial row in front of its rays."""
     angles = np.linspace(0, 2 * np.pi, N_START_ANGLES, endpoint=False)
-    ways = np.stack([np.cos(angles), np.sin(angles)])
-    sides = dot(across, origins)[:, None] - places[:, None] * (across @ ways)
+    axes_tried = np.stack([np.cos(angles), np.sin(angles)])
+    sides = dot(across, origins)[:, None] - places[:, None] * (across @ axes_tried)
     Q, R = np.linalg.qr(across)
     if abs(R[1, 1]) < 1e-9 * abs(R[0, 0]):
         raise CalibrationError(
@@ -824,7 +824,7 @@ def _first_row(origins, directions, across, places):
     feet = np.linalg.solve(R, Q.T @ sides)
     costs = np.sum((sides - across @ feet) ** 2, axis=0)
     for best in np.argsort(costs):
-        points = feet[:, best] + places[:, None] * ways[:, best]
+        points = feet[:, best] + places[:, None] * axes_tried[:, best]
         if np.all(dot(points - origins, directions) > 0):
             return np.array([*feet[:, best], angles[best]])
     raise CalibrationError(
@@ -853,22 +853,22 @@ def _reach(curve, u):
             "check the clamp's distance and the order of the images",
             code="behind-camera",
         )
-    way = curve.way(u)
-    outside = np.count_nonzero((way < -1e-9) | (way > 1 + 1e-9))
+    fraction = curve.fraction(u)
+    outside = np.count_nonzero((fraction < -1e-9) | (fraction > 1 + 1e-9))
     if outside:
         raise CalibrationError(
             f"reduced mirror: {outside} of {len(u)} features are outside the mirror, "
-            f"at {way.min():.3g} to {way.max():.3g} of its length; check the edges and "
-            "the order of the images",
+            f"at {fraction.min():.3g} to {fraction.max():.3g} of its length; check "
+            "the edges and the order of the images",
             code="outside-mirror",
         )
-    if way.max() < MIN_REACH:
+    if fraction.max() < MIN_REACH:
         raise CalibrationError(
-            f"reduced mirror: features reach {way.max():.0%} of the way from clamp to "
-            f"free edge; give some beyond {MIN_REACH:.0%}",
+            f"reduced mirror: features reach {fraction.max():.0%} of the way from "
+            f"clamp to free edge; give some beyond {MIN_REACH:.0%}",
             code="short-reach",
         )
-    return float(way.max())
+    return float(fraction.max())
 
 
 def _covariance(residuals, J):

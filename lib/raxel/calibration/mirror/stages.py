@@ -76,9 +76,9 @@ def check_distinct_images(points, grids):
     points: (n, N, 2) mm, points of each grid that pixels see, NaN where none.
     """
     for first, second in _pairs(grids):
-        apart = np.linalg.norm(points[first] - points[second], axis=1)
-        apart = apart[np.isfinite(apart)]
-        if len(apart) and np.mean(apart > CHANGED_MM) < MIN_CHANGED_FRACTION:
+        separation = np.linalg.norm(points[first] - points[second], axis=1)
+        separation = separation[np.isfinite(separation)]
+        if len(separation) and np.mean(separation > CHANGED_MM) < MIN_CHANGED_FRACTION:
             raise CalibrationError(
                 f"primary calibration: {_named(grids, first, second)} show the same "
                 "points of the monitor; take images of its patterns at both positions",
@@ -92,17 +92,17 @@ def check_clamp_line(line, viewer, grids, hidden=False):
     pixels = np.concatenate([view.pixels for view in grids])
     p = normalised(viewer, pixels[np.isfinite(pixels[:, 0])])
     axis = np.array([np.cos(line.angle), np.sin(line.angle)])
-    off = (p - line.ends.mean(axis=0)) @ axis
-    off = off * (1.0 if np.median(off) > 0 else -1.0)
+    errors = (p - line.ends.mean(axis=0)) @ axis
+    errors = errors * (1.0 if np.median(errors) > 0 else -1.0)
     # A few pixels at the border are decoded wrongly.
-    nearest, extent = np.quantile(off, 0.005), np.ptp(off)
+    nearest, extent = np.quantile(errors, 0.005), np.ptp(errors)
     if nearest > MAX_CLAMP_GAP * extent:
         raise InputError(
             f"clamp: its line is {100 * nearest / extent:.0f} % of the mirror's length "
             "from the image of the monitor; place it at the mirror's edge, and fill "
             "the mirror with the monitor"
         )
-    beyond = np.mean(off < 0)
+    beyond = np.mean(errors < 0)
     if beyond > (MAX_BEYOND_HIDDEN_CLAMP if hidden else MAX_BEYOND_CLAMP):
         raise InputError(
             f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor are "

@@ -145,7 +145,7 @@ class MirrorTracker:
         noise = self._settings.noise_px / np.median(
             magnification(camera.viewer, np.asarray(pixels)[used][::20])
         )
-        used, c, off, settled = self._right_ones(p, used, noise)
+        used, c, errors, settled = self._right_ones(p, used, noise)
         left = np.count_nonzero(camera.grid.inside(p)) - np.count_nonzero(used)
         if left:
             flags.append(f"{left} wrong matches rejected")
@@ -153,7 +153,7 @@ class MirrorTracker:
             flags.append("refinement: not converged")
         self.coefficients = c
         residuals = np.full(len(p), np.nan)
-        residuals[used] = off
+        residuals[used] = errors
         return Followed(c, residuals, used, settled, tuple(flags))
 
     def camera_now(self) -> SplineMirrorCamera:
@@ -167,13 +167,13 @@ class MirrorTracker:
         """Features that count, and the result of `_fitted` for them."""
         for _ in range(MAX_N_ROUNDS):
             rays = RayPoints(p[used], self.camera.grid, self.camera.quantity)
-            c, off, settled = self._fitted(rays, self.points[used], noise)
-            far = off > OUTLIER_MEDIANS * max(np.median(off), MIN_MEDIAN_MM)
+            c, errors, settled = self._fitted(rays, self.points[used], noise)
+            far = errors > OUTLIER_MEDIANS * max(np.median(errors), MIN_MEDIAN_MM)
             if not far.any():
                 break
             used = used.copy()
             used[np.flatnonzero(used)[far]] = False
-        return used, c, off[~far], settled
+        return used, c, errors[~far], settled
 
     def _fitted(self, rays, points, noise):
         """Coefficients, distances (n,) mm, and whether the last step was small."""

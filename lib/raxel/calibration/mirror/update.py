@@ -376,8 +376,8 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
             prior=prior, point_motion=None if motion is None else motion[used],
             pose_covariance=pose_covariance, truncation=settings.truncation,
         )  # fmt: skip
-        off = np.linalg.norm(fit.residuals, axis=1)
-        far = off > OUTLIER_MEDIANS * max(np.median(off), fit.sd_mm)
+        errors = np.linalg.norm(fit.residuals, axis=1)
+        far = errors > OUTLIER_MEDIANS * max(np.median(errors), fit.sd_mm)
         if not (far.any() and left):
             break
         wrong[np.flatnonzero(used)[far]] = True
@@ -492,8 +492,8 @@ def _not_exchanged(before, pixels_after, points, wrong, pose):
     if np.count_nonzero(rays.valid) < np.count_nonzero(pose.inliers) / 2:
         return
     other = pose_from_non_central_rays(rays, points, pose.T_camera_grid)
-    enough = other.inliers.sum() > pose.inliers.sum() / 2
-    if enough and other.rms < MAX_EXCHANGED_RATIO * pose.rms:
+    sufficient = other.inliers.sum() > pose.inliers.sum() / 2
+    if sufficient and other.rms < MAX_EXCHANGED_RATIO * pose.rms:
         raise CalibrationError(
             f"mirror stage: the image after fits the previous camera better "
             f"({other.rms:.3g} mm) than the image before ({pose.rms:.3g} mm); exchange "

@@ -470,8 +470,8 @@ def _rows(formula, values, T, boards, loss, scales):
     turned = rotate(T, boards.placed(formula, values))
     points = turned + T[:, None, :3, 3]
     seen = imaged_points(formula, values, points.reshape(-1, 3))
-    off = boards.pixels - seen.pixels.reshape(n, count, 2)
-    _, weight = distance_loss(np.sum(off**2, axis=2), scales, loss)
+    errors = boards.pixels - seen.pixels.reshape(n, count, 2)
+    _, weight = distance_loss(np.sum(errors**2, axis=2), scales, loss)
     weight = np.where(boards.seen, weight, 0.0) ** 0.5
     motion = np.concatenate(
         [-cross_matrix(turned), np.broadcast_to(np.eye(3), (*turned.shape, 3))], axis=3
@@ -485,7 +485,7 @@ def _rows(formula, values, T, boards, loss, scales):
     by_values = by_values * weight[..., None, None]
     A = by_pose.reshape(n, 2 * count, 6)
     B = by_values.reshape(n, 2 * count, -1)
-    b = np.where(boards.seen[..., None], off * weight[..., None], 0.0)
+    b = np.where(boards.seen[..., None], errors * weight[..., None], 0.0)
     b = b.reshape(n, 2 * count, 1)
     return np.nan_to_num(A, copy=False), np.nan_to_num(B, copy=False), b
 

@@ -94,11 +94,11 @@ def _mixed(steps):
     """Covariance (K, K) of the sum of steps (n, K), at least 1 in each direction."""
     each, identity = steps.T @ steps, np.eye(steps.shape[1])
     common = np.trace(each) / len(identity)
-    apart = np.sum((each - common * identity) ** 2)
+    separation = np.sum((each - common * identity) ** 2)
     # Expected deviation from the common value by fluctuation alone.
     squares = np.sum(steps**2, axis=1)
     chance = np.sum(squares**2) - np.sum(each**2) / len(steps)
-    share = min(chance / max(apart, np.finfo(float).tiny), 1.0)
+    share = min(chance / max(separation, np.finfo(float).tiny), 1.0)
     size, axes = np.linalg.eigh(
         (1 - share) * each + share * max(common, 1.0) * identity
     )
@@ -463,15 +463,15 @@ def held_out_squares(fit, boards):
         out = groups % parts == part
         if n - out.sum() < 2:
             continue
-        inside, kept = boards.some(~out), boards.some(out)
+        inside, retained = boards.some(~out), boards.some(out)
         found = adjusted(
             fit.formula, fit.result.values, poses[~out], inside, "tukey", scales[~out]
         )
-        off = posed_residuals(fit.formula, found.values, poses[out], kept)
+        errors = posed_residuals(fit.formula, found.values, poses[out], retained)
         most = (OUTLIER_SCALES * scales[out, None]) ** 2
-        off = np.minimum(np.nan_to_num(np.sum(off**2, axis=2), nan=np.inf), most)
-        squares[out] = np.sum(np.where(kept.seen, off, 0.0), axis=1)
-        squares[out] /= kept.seen.sum(axis=1)
+        errors = np.minimum(np.nan_to_num(np.sum(errors**2, axis=2), nan=np.inf), most)
+        squares[out] = np.sum(np.where(retained.seen, errors, 0.0), axis=1)
+        squares[out] /= retained.seen.sum(axis=1)
     return squares
 
 

@@ -122,7 +122,7 @@ def board_test(fit, boards, before=None):
         _wald(shape.values[own], estimated[own, own], count)
         for own in (slice(len(BENDS)), slice(len(BENDS), None))
     ]
-    asked = tuple(
+    tested = tuple(
         name
         for names, p_value in zip((BENDS, STRETCH), p_values, strict=True)
         for name in names
@@ -132,11 +132,11 @@ def board_test(fit, boards, before=None):
     found = BoardTest(
         shape, np.sqrt(np.diag(covariance)), fit.formula.board, *p_values, *px
     )
-    if asked == fit.formula.board:
+    if tested == fit.formula.board:
         return found
     squares = [
         held_out_squares(each, boards)
-        for each in (fit, _shaped_board(fit, asked, boards))
+        for each in (fit, _shaped_board(fit, tested, boards))
     ]
     gain = boards.of_groups(squares[0] - squares[1])
     gain /= np.bincount(boards.groups)
@@ -145,7 +145,7 @@ def board_test(fit, boards, before=None):
     px = [float(np.sqrt(np.mean(of_boards))) for of_boards in squares]
     if before is None:
         found = found._replace(flat_px=px[0], shaped_px=px[1])
-    return found._replace(used=asked, shaped_px=px[1]) if pays else found
+    return found._replace(used=tested, shaped_px=px[1]) if pays else found
 
 
 def _found_shape(fit, boards):
@@ -548,11 +548,11 @@ def _proposed(law, given, flat=False):
     """_Proposal of a central lens; then, if all tests support it, that of one with a
     pupil shift."""
     boards = given.boards
-    central, asked = _tested_law(law, given, flat)
-    test = asked.test
+    central, tested = _tested_law(law, given, flat)
+    test = tested.test
     for other in LAWS:
         if test.p_value <= PUPIL_P_THRESHOLD and other != law:
-            test = agreed(asked, _tested_law(other, given, flat)[1], boards)
+            test = agreed(tested, _tested_law(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
         # A pupil shift may have appeared as a bent board.
@@ -590,9 +590,9 @@ def _completed(proposal, boards, views, width, height):
         )
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
-    off = distances > OUTLIER_SCALES * result.scales[:, None]
+    errors = distances > OUTLIER_SCALES * result.scales[:, None]
     placed = boards.placed(formula, values)
-    unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~off
+    unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~errors
     if unseen.any():
         raise CalibrationError(
             f"{formula.base}: the fitted camera folds the image at "
@@ -601,7 +601,7 @@ def _completed(proposal, boards, views, width, height):
             code="no-camera",
         )
     wrong = []
-    for view, place in np.argwhere(off & boards.seen):
+    for view, place in np.argwhere(errors & boards.seen):
         found = np.flatnonzero(np.isfinite(np.asarray(views[view].pixels)[:, 0]))
         name = views[view].name or f"view {view}"
         wrong.append(

@@ -112,7 +112,7 @@ def calibrate_zhang(
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     # Smallest relative step of the parameters: OpenCV's default stops after 30 steps,
     # converged or not.
-    enough = (
+    criteria = (
         cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS,
         MAX_ZHANG_STEPS,
         MIN_ZHANG_STEP,
@@ -120,7 +120,7 @@ def calibrate_zhang(
     try:
         rms, K, distortion, turns, shifts = cv2.calibrateCamera(
             flat, corners, (int(width), int(height)), None, None,
-            flags=flags, criteria=enough,
+            flags=flags, criteria=criteria,
         )  # fmt: skip
     except cv2.error as error:
         raise CalibrationError(
@@ -258,11 +258,11 @@ def _fitted(views, width, height, focal_px):
         | cv2.CALIB_FIX_SKEW
         | cv2.CALIB_USE_INTRINSIC_GUESS
     )
-    enough = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, MAX_STEPS, MIN_STEP)
+    criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, MAX_STEPS, MIN_STEP)
     try:
         rms, K, k, turns, shifts = cv2.fisheye.calibrate(
             flat, corners, (int(width), int(height)), start, np.zeros((4, 1)),
-            flags=flags, criteria=enough,
+            flags=flags, criteria=criteria,
         )  # fmt: skip
     except cv2.error as error:
         message = " ".join(str(error.err).split())

@@ -387,14 +387,14 @@ def angular_system(
     side = np.einsum("ni,nik->nk", p, across)
     d_along = np.einsum("ni,nij->nj", directions, motion)
     d_side = np.swapaxes(across, 1, 2) @ motion
-    off = np.hypot(side[:, 0], side[:, 1])
-    square = off**2 + along**2
+    errors = np.hypot(side[:, 0], side[:, 1])
+    square = errors**2 + along**2
     # angle / sine, and its derivative by sine^2 / 2; by their series near the ray.
-    near = off < 1e-3 * along
-    u = np.where(near, off / np.where(near, along, 1.0), 0.0) ** 2
-    far = np.where(near, 1.0, off)
+    near = errors < 1e-3 * along
+    u = np.where(near, errors / np.where(near, along, 1.0), 0.0) ** 2
+    far = np.where(near, 1.0, errors)
     factor = np.where(
-        near, (1 - u / 3 + u**2 / 5) / along, np.arctan2(off, along) / far
+        near, (1 - u / 3 + u**2 / 5) / along, np.arctan2(errors, along) / far
     )
     slope = np.where(
         near,

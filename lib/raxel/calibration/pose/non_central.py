@@ -184,8 +184,8 @@ def _truncated(origins, directions, points):
     """Cost of a refined pose, truncated to half of the pairs."""
 
     def cost(refined):
-        off = _distances(origins, directions, points, refined[0])
-        return np.sum(np.sort(off)[: (len(off) + 1) // 2] ** 2)
+        errors = _distances(origins, directions, points, refined[0])
+        return np.sum(np.sort(errors)[: (len(errors) + 1) // 2] ** 2)
 
     return cost
 
@@ -194,9 +194,9 @@ def _refined(origins, directions, points, T):
     """Pose, inliers (N,) and their cost, mm^2, refined until the inliers are stable."""
     right = np.ones(len(points), bool)
     for _ in range(MAX_N_ROUNDS):
-        off = _distances(origins, directions, points, T)
-        width = max(np.median(off), MIN_MEDIAN_MM)
-        now = off <= OUTLIER_MEDIANS * width
+        errors = _distances(origins, directions, points, T)
+        width = max(np.median(errors), MIN_MEDIAN_MM)
+        now = errors <= OUTLIER_MEDIANS * width
         T, cost = refine_pose_ray_point(
             directions[now], points[now], T, origins=origins[now]
         )
@@ -209,5 +209,5 @@ def _refined(origins, directions, points, T):
 def _distances(origins, directions, points, T):
     reach = placed_points(points, T) - origins
     along = np.einsum("ni,ni->n", reach, directions)
-    off = np.linalg.norm(reach - along[:, None] * directions, axis=1)
-    return np.where(along > 0, off, np.inf)
+    errors = np.linalg.norm(reach - along[:, None] * directions, axis=1)
+    return np.where(along > 0, errors, np.inf)

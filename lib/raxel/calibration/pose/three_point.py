@@ -555,8 +555,8 @@ def _jacobian_across(points, turned, R, directions, weights):
         for k in range(6):
             along = a * motion[0, k] + b * motion[1, k] + c * motion[2, k]
             for i in range(3):
-                off = motion[i, k] - directions[n, i] * along
-                J[n, i, k] = off * weights[n]
+                errors = motion[i, k] - directions[n, i] * along
+                J[n, i, k] = errors * weights[n]
     return J.reshape(-1, 6)
 
 

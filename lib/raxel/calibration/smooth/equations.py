@@ -318,11 +318,11 @@ def linearised(trend, T_camera_grid, corners, control, grid):
     place[~imaged] = np.nan
     _, slopes = field_at(place, control, grid.spacing)
     forward = np.eye(2) + np.nan_to_num(slopes)
-    off = corners.pixels - place
-    values = seen.pixels - place - (forward @ off[..., None])[..., 0]
+    errors = corners.pixels - place
+    values = seen.pixels - place - (forward @ errors[..., None])[..., 0]
     motion = np.concatenate([-R @ cross_matrix(corners.points), R], axis=2)
     return LinearParts(
-        place, off, np.nan_to_num(values), np.linalg.inv(forward), by_point @ motion,
+        place, errors, np.nan_to_num(values), np.linalg.inv(forward), by_point @ motion,
         by_point @ -cross_matrix(points), imaged,
     )  # fmt: skip
 

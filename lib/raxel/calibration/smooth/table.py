@@ -320,8 +320,8 @@ def _sharing(field, pixels, values, weights, block_px):
     their squares.
     """
     found, _ = field_at(pixels, field.control, field.sums.spacing)
-    off = weights[:, None] * (values - found)
+    errors = weights[:, None] * (values - found)
     square = _squares(pixels, block_px)
     name = square[:, 1] * (square[:, 0].max() + 1) + square[:, 0]
-    sums = [np.bincount(name, off[:, k]) for k in range(2)]
-    return max(1.0, float(np.sum(np.square(sums)) / np.sum(off**2)))
+    sums = [np.bincount(name, errors[:, k]) for k in range(2)]
+    return max(1.0, float(np.sum(np.square(sums)) / np.sum(errors**2)))

@@ -100,9 +100,9 @@ def check_tilts(rotations, method, needed):
     normals = rotations[:, :, 2]
     cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
     angles = np.degrees(np.arccos(cosine))
-    apart = angles >= MIN_TILT_DEG
-    pairs = apart.astype(int)
-    found = apart if needed == 2 else apart & (pairs @ pairs > 0)
+    separation = angles >= MIN_TILT_DEG
+    pairs = separation.astype(int)
+    found = separation if needed == 2 else separation & (pairs @ pairs > 0)
     if not found.any():
         what = "parallel boards"
         if angles.max() >= MIN_TILT_DEG:
@@ -142,20 +142,20 @@ def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
     ndarray of int, shape (n,)
         Indices of views.
     """
-    first, kept = np.arange(len(views)), []  # type: ignore[var-annotated]
+    first, retained = np.arange(len(views)), []  # type: ignore[var-annotated]
     for k, view in enumerate(views):
         if view.every_pixel:
             continue
         radius = np.sqrt(np.nanmean(np.nanvar(view.pixels, axis=0)))
         near = [
             j
-            for j in kept
+            for j in retained
             if _corner_distance(views[j], view) <= DUPLICATE_DISTANCE * radius
         ]
         if near:
             first[k] = near[0]
         else:
-            kept.append(k)
+            retained.append(k)
     return first
 
 

@@ -113,7 +113,7 @@ class PlaneMap(abc.ABC):
         """Newton from p towards q: points, and which converged inside the disc."""
         miss = self.value(p) - q
         size = np.hypot(*miss.T)
-        enough = 1e-11 * (scale + np.hypot(*q.T))
+        tolerance = 1e-11 * (scale + np.hypot(*q.T))
         todo = np.arange(len(q))
         for _ in range(60):
             if not len(todo):
@@ -122,13 +122,13 @@ class PlaneMap(abc.ABC):
             with np.errstate(all="ignore"):
                 step = solve(J, miss[todo])
             new, gap, better = self._shortened(
-                q[todo], p[todo], step, size[todo], enough[todo]
+                q[todo], p[todo], step, size[todo], tolerance[todo]
             )
             moved = todo[better]
             p[moved], miss[moved] = new[better], gap[better]
             size[moved] = np.hypot(*gap[better].T)
             todo = moved[size[moved] > 0]
-        return p, (size <= enough) & self.regular(p)
+        return p, (size <= tolerance) & self.regular(p)
 
     def _shortened(self, q, p, step, size, enough):
         """Halve steps until they stay in the disc and approach q.

@@ -275,14 +275,14 @@ class XSlitsCamera(NamedFields, Camera):
         if not (length > 0).all():
             raise InputError("field 'slit_directions': a direction is zero; change it")
         slits = self.slit_directions / length[:, None]
-        apart = self.slit_points[1] - self.slit_points[0]
+        separation = self.slit_points[1] - self.slit_points[0]
         across = np.cross(slits[0], slits[1])
         if np.linalg.norm(across) < COINCIDENCE_TOL:
             raise InputError(
                 "field 'slit_directions': the slits are parallel (no ray meets both); "
                 "rotate one of them"
             )
-        if abs(apart @ across) <= COINCIDENCE_TOL * np.linalg.norm(apart):
+        if abs(separation @ across) <= COINCIDENCE_TOL * np.linalg.norm(separation):
             raise InputError(
                 "field 'slit_points': the slits meet (a pinhole); move them apart, or "
                 "use a camera of kind 'perspective'"

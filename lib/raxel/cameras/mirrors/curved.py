@@ -109,9 +109,9 @@ class MirrorCamera(Camera):
             miss = np.linalg.norm(met.points - M, axis=1)
             reach = points - M
             along = np.sum(reach * met.directions, axis=1)
-            off = np.linalg.norm(np.cross(reach, met.directions), axis=1)
+            errors = np.linalg.norm(np.cross(reach, met.directions), axis=1)
             slack = RETRACE_LENGTH_TOL * self.mirror.radius
-            straight = off <= RETRACE_ANGLE_TOL_RAD * along + slack
+            straight = errors <= RETRACE_ANGLE_TOL_RAD * along + slack
             seen = self.viewer.project(transform(self.T_viewer_mirror, M)).valid
             return seen & met.valid & (miss <= slack) & (along > 0) & straight
 

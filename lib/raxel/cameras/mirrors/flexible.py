@@ -148,11 +148,11 @@ class ClampedMirror:
         z, _, _ = self.profile.at(at)
         rise = at**2 + z**2
         stretch = np.sqrt(1 + c**2 * rise)
-        way = self._length(at)
-        turned = way * np.sinc(c * way / np.pi)
-        inward = -c * (way * np.sinc(c * way / (2 * np.pi))) ** 2 / 2
-        outward = c * rise / (stretch + 1) * np.cos(c * way) + inward
-        return h * stretch * turned, y * stretch * np.cos(c * way) + outward
+        arc = self._length(at)
+        turned = arc * np.sinc(c * arc / np.pi)
+        inward = -c * (arc * np.sinc(c * arc / (2 * np.pi))) ** 2 / 2
+        outward = c * rise / (stretch + 1) * np.cos(c * arc) + inward
+        return h * stretch * turned, y * stretch * np.cos(c * arc) + outward
 
     def _length_rate(self, at):
         """Length on the flat sheet by x / h, at unit distance of the apex from it."""
@@ -453,8 +453,10 @@ class FlexibleMirrorCamera(MirrorCamera):
             self._least = incidence.min(), near.min(), max(hollow, 0.0)
         incidence, near, hollow = self._least
         with np.errstate(divide="ignore"):
-            apart = np.linalg.norm(points - [self.mirror.size[0] / 2, 0, 0], axis=1)
-            reach = apart + self.mirror.radius
+            separation = np.linalg.norm(
+                points - [self.mirror.size[0] / 2, 0, 0], axis=1
+            )
+            reach = separation + self.mirror.radius
             return incidence * (near + 1 / reach) > 2 * hollow
 
     def _settled(self, points):
@@ -487,10 +489,10 @@ class FlexibleMirrorCamera(MirrorCamera):
             eye = -1e6 * self.mirror.radius * self._axis
         else:
             eye = self._eye
-        near, off = eye @ n, np.maximum(points @ n, 0)
+        near, errors = eye @ n, np.maximum(points @ n, 0)
         foot = points - (points @ n)[:, None] * n
-        M = off[:, None] * (eye - near * n) + near * foot
-        M /= (near + off)[:, None]
+        M = errors[:, None] * (eye - near * n) + near * foot
+        M /= (near + errors)[:, None]
         ends = np.array([end, self.mirror.half_width])
         M[:, :2] = np.clip(M[:, :2], [0, -ends[1]], ends)
         return self.mirror.chart(M)

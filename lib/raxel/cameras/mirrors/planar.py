@@ -322,9 +322,9 @@ def _nearest_facet(origins, directions, T, corners, ends, spheres, beyond, only)
         while s < len(spheres):
             square, along = 0.0, 0.0
             for i in range(3):
-                way = spheres[s, i] - origins[n, i]
-                square += way * way
-                along += way * directions[n, i]
+                difference = spheres[s, i] - origins[n, i]
+                square += difference * difference
+                along += difference * directions[n, i]
             # This form is false for NaN.
             if not square - along * along <= spheres[s, 3] + DISTANCE_TOL * square:
                 s = beyond[s]

@@ -211,8 +211,10 @@ def _checked_deflections(loads, deflections):
 
 def _moments(x, places, forces):
     """m and its derivative (N,) at x (N,), see above."""
-    ways = np.clip(x[:, None], 0, places)
-    return (ways * (places - ways / 2)) @ forces, (places - ways) @ forces
+    directions = np.clip(x[:, None], 0, places)
+    return (directions * (places - directions / 2)) @ forces, (
+        places - directions
+    ) @ forces
 
 
 def _beam_forces(loads, deflections):
@@ -220,9 +222,9 @@ def _beam_forces(loads, deflections):
 
     Height at a load by the unit force of another: (5.1), and straight beyond.
     """
-    way = np.minimum(loads[:, None], loads)
-    height = way**2 * (3 * loads - way) / 6
-    height += (loads[:, None] - way) * loads**2 / 2
+    lever = np.minimum(loads[:, None], loads)
+    height = lever**2 * (3 * loads - lever) / 6
+    height += (loads[:, None] - lever) * loads**2 / 2
     return np.linalg.solve(height, deflections)
 
 
@@ -300,9 +302,9 @@ def _reached(places, forces):
     """Lengths and heights (2 k,) up to the positions, and their derivatives (2 k, 2 k)
     by positions and forces."""
     x, weight = _nodes(places)
-    ways = np.minimum(x[..., None], places)
-    by_force = ways * (places - ways / 2)
-    by_place = ways * forces
+    directions = np.minimum(x[..., None], places)
+    by_force = directions * (places - directions / 2)
+    by_place = directions * forces
     sine = by_force @ forces
     cosine = np.sqrt(1 - sine**2)
     rates = np.stack([1 / cosine, sine / cosine])

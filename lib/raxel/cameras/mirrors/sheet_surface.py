@@ -248,9 +248,9 @@ class Unevenness:
 
     def _edge(self, distance):
         """Height of one edge at a distance (N,) mm from it, and its derivatives."""
-        way = -distance / self.reach
-        inner = np.exp(np.minimum(way, 0))
-        over = np.maximum(way, 0)
+        exponent = -distance / self.reach
+        inner = np.exp(np.minimum(exponent, 0))
+        over = np.maximum(exponent, 0)
         terms = inner + over + over**2 / 2, inner + over, inner
         return [
             self.strain * term / (-self.reach) ** order

@@ -45,17 +45,19 @@ class BoundPyramid:
         points: (N, 3). Returns index of the point, u and v of the cell's upper left
         pixel, each (M,). The bounds of single cells are computed on the fly.
         """
-        who = np.arange(len(points))
+        index = np.arange(len(points))
         u = v = np.zeros(len(points), int)
         for level in self._levels[::-1]:
-            keep = _may_see(points, who, u, v, *level)
-            who, u, v = who[keep], u[keep], v[keep]
+            keep = _may_see(points, index, u, v, *level)
+            index, u, v = index[keep], u[keep], v[keep]
             if level is not self._levels[0]:
-                who, u, v = _split(who, u, v, 2)
+                index, u, v = _split(index, u, v, 2)
         table = self._table
-        who, u, v = _split(who, u, v, GROUP_SIDE)
-        keep = _cells_may_see(points, who, u, v, *table.rows, table.height, table.width)
-        return who[keep], u[keep], v[keep]
+        index, u, v = _split(index, u, v, GROUP_SIDE)
+        keep = _cells_may_see(
+            points, index, u, v, *table.rows, table.height, table.width
+        )
+        return index[keep], u[keep], v[keep]
 
 
 @numba.njit(cache=True)
@@ -194,8 +196,8 @@ def _parents(level):
     axes, angles = quads(level.axis, 0.0), quads(level.angle, -np.inf)
     axis = _unit(axes.sum(axis=0))
     between = np.linalg.norm(axis - axes, axis=-1)
-    apart = 2 * np.arcsin(np.minimum(between / 2, 1.0))
-    angle = np.minimum((apart + angles).max(axis=0), np.pi)
+    separation = 2 * np.arcsin(np.minimum(between / 2, 1.0))
+    angle = np.minimum((separation + angles).max(axis=0), np.pi)
     if level.reach.shape != level.angle.shape:
         return Bounds(axis, angle, level.centre, level.reach)
     centres, reaches = quads(level.centre, 0.0), quads(level.reach, -np.inf)

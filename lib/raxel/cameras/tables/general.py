@@ -90,22 +90,22 @@ class TableInverse:
 
     def _search(self, points):
         """Complete search, for points where the walk failed."""
-        who, u, v = self._pyramid.cells(points)
-        who, cells = self._solvable(who, u, v)
-        place = np.full((len(who), 2), np.nan)
-        todo = np.ones(len(who), bool)
+        index, u, v = self._pyramid.cells(points)
+        index, cells = self._solvable(index, u, v)
+        place = np.full((len(index), 2), np.nan)
+        todo = np.ones(len(index), bool)
         rows, width = self._table.rows, self._table.width
         for start in NEWTON_STARTS:
             place[todo] = within_cells(
-                points[who[todo]], cells[todo], start, *rows, width
+                points[index[todo]], cells[todo], start, *rows, width
             )
-            todo = ~np.isin(who, who[np.isfinite(place[:, 0])])
+            todo = ~np.isin(index, index[np.isfinite(place[:, 0])])
         seen = np.isfinite(place[:, 0])
-        who, place = who[seen], place[seen]
-        order = np.lexsort([place[:, 0], place[:, 1], who])
-        who, first = np.unique(who[order], return_index=True)
+        index, place = index[seen], place[seen]
+        order = np.lexsort([place[:, 0], place[:, 1], index])
+        index, first = np.unique(index[order], return_index=True)
         pixels = np.full((len(points), 2), np.nan)
-        pixels[who] = place[order][first]
+        pixels[index] = place[order][first]
         return pixels
 
     def _solvable(self, who, u, v):

@@ -163,12 +163,12 @@ def _undisplaced(targets, control, spacing):
     for n in range(len(targets)):
         x, y = targets[n, 0], targets[n, 1]
         u, v, before = x, y, np.inf
-        enough = ROUNDING_TOL * (1 + abs(x) + abs(y))
+        tolerance = ROUNDING_TOL * (1 + abs(x) + abs(y))
         for _ in range(MAX_N_STEPS):
             _one(u, v, control, spacing, b, out)
             du, dv = u + out[0] - x, v + out[1] - y
             miss = abs(du) + abs(dv)
-            if not miss > enough:
+            if not miss > tolerance:
                 break
             xx, xy, yx, yy = 1 + out[2], out[4], out[3], 1 + out[5]
             det = xx * yy - xy * yx
@@ -177,7 +177,7 @@ def _undisplaced(targets, control, spacing):
                 v -= (xx * dv - yx * du) / det
             else:
                 u, v = u - du, v - dv
-                if miss >= before and miss < 100 * enough:
+                if miss >= before and miss < 100 * tolerance:
                     break
             before = miss
         pixels[n, 0], pixels[n, 1] = u, v

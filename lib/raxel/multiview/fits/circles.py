@@ -81,13 +81,13 @@ def algebraic_circles(points):
     Source: Taubin 1991, doi:10.1109/34.103273.
     """
     middle = points.mean(axis=-2, keepdims=True)
-    off = points - middle
-    square = np.sum(off**2, axis=-1)
+    errors = points - middle
+    square = np.sum(errors**2, axis=-1)
     mean = square.mean(axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         # In this scale the mean squared gradient of Q is the length of (a, b, c).
         rows = np.concatenate(
-            [((square - mean) / (2 * np.sqrt(mean)))[..., None], off], axis=-1
+            [((square - mean) / (2 * np.sqrt(mean)))[..., None], errors], axis=-1
         )
         moments = np.swapaxes(rows, -1, -2) @ rows
         known = np.isfinite(moments).all(axis=(-1, -2), keepdims=True)
@@ -116,8 +116,8 @@ def circle_distances(
     ndarray of shape (m, N)
         Distances, positive outside.
     """
-    off = points - circles[:, None, :2]
-    return np.hypot(off[..., 0], off[..., 1]) - circles[:, 2:]
+    errors = points - circles[:, None, :2]
+    return np.hypot(errors[..., 0], errors[..., 1]) - circles[:, 2:]
 
 
 def _start(points):
@@ -132,10 +132,10 @@ def _settled(points, start, sigma):
 
 
 def _system(circle, points):
-    off = points - circle[:2]
-    apart = np.hypot(off[:, 0], off[:, 1])
-    outward = off / np.maximum(apart, 1e-300)[:, None]
-    return apart - circle[2], -np.column_stack([outward, np.ones(len(points))])
+    errors = points - circle[:2]
+    separation = np.hypot(errors[:, 0], errors[:, 1])
+    outward = errors / np.maximum(separation, 1e-300)[:, None]
+    return separation - circle[2], -np.column_stack([outward, np.ones(len(points))])
 
 
 def _as_fit(fit, points):

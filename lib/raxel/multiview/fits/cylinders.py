@@ -104,10 +104,10 @@ def fit_cylinder(points: ArrayLike, sigma: ArrayLike | None = None) -> CylinderF
 def cylinder_distances(cylinders, points):
     """Signed distances (m, N) of points (N, 3) from cylinders (m, 7): a point of the
     axis, its unit direction, the radius."""
-    off = points - cylinders[:, None, :3]
-    along = np.einsum("mni,mi->mn", off, cylinders[:, 3:6])
-    off -= along[..., None] * cylinders[:, None, 3:6]
-    return np.linalg.norm(off, axis=2) - cylinders[:, 6:]
+    errors = points - cylinders[:, None, :3]
+    along = np.einsum("mni,mi->mn", errors, cylinders[:, 3:6])
+    errors -= along[..., None] * cylinders[:, None, 3:6]
+    return np.linalg.norm(errors, axis=2) - cylinders[:, 6:]
 
 
 def cylinder_system(cylinders, points):
@@ -116,17 +116,17 @@ def cylinder_system(cylinders, points):
     cylinders: (..., 7); points: (..., N, 3).
     """
     axis = cylinders[..., None, 3:6]
-    off = points - cylinders[..., None, :3]
-    along = np.sum(off * axis, axis=-1)
-    off = off - along[..., None] * axis
-    apart = np.linalg.norm(off, axis=-1)
-    outward = off / np.maximum(apart, 1e-300)[..., None]
+    errors = points - cylinders[..., None, :3]
+    along = np.sum(errors * axis, axis=-1)
+    errors = errors - along[..., None] * axis
+    separation = np.linalg.norm(errors, axis=-1)
+    outward = errors / np.maximum(separation, 1e-300)[..., None]
     by_shift = -outward @ _bases(cylinders)
     # A rotation about x moves the axis along -y, one about y along x.
     by_turn = along[..., None] * by_shift[..., ::-1] * [-1.0, 1.0]
-    by_radius = np.full((*apart.shape, 1), -1.0)
+    by_radius = np.full((*separation.shape, 1), -1.0)
     jacobian = np.concatenate([by_turn, by_shift, by_radius], axis=-1)
-    return apart - cylinders[..., 6:], jacobian
+    return separation - cylinders[..., 6:], jacobian
 
 
 def turned_axis(cylinders, step):
@@ -171,8 +171,8 @@ def _circles_along(samples, axes):
     bases = tangent_bases(axes)
     seen = np.einsum("kni,mij->kmnj", samples - middle[:, None], bases)
     circles = algebraic_circles(seen)
-    off = seen - circles[:, :, None, :2]
-    gaps = np.hypot(off[..., 0], off[..., 1]) - circles[..., 2:]
+    errors = seen - circles[:, :, None, :2]
+    gaps = np.hypot(errors[..., 0], errors[..., 1]) - circles[..., 2:]
     point = middle[:, None] + np.einsum("mij,kmj->kmi", bases, circles[..., :2])
     axis = np.broadcast_to(axes, (*gaps.shape[:2], 3))
     cylinders = np.concatenate([point, axis, circles[..., 2:]], axis=-1)

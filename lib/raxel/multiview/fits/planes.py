@@ -225,14 +225,14 @@ def fit_plane(points: ArrayLike, sigma: ArrayLike | None = None) -> PlaneFit:
 def _settled(points, sigma):
     weight = weights_of("plane", sigma, len(points)) ** 2
     middle = weight @ points / weight.sum()
-    off = points - middle
-    extents, axes = np.linalg.svd(off * np.sqrt(weight)[:, None], full_matrices=False)[
-        1:
-    ]
+    errors = points - middle
+    extents, axes = np.linalg.svd(
+        errors * np.sqrt(weight)[:, None], full_matrices=False
+    )[1:]
     if not extents[1] > COLLINEARITY_TOL * extents[0]:
         raise InputError("plane: the points are collinear; add points off the line")
     normal = axes[2]
-    distances = off @ normal
+    distances = errors @ normal
     # In the frame of the axes a rotation (a, b) and a shift s change the distances by
     # b x - a y - s, and x and y are uncorrelated.
     inverse = np.diag(1 / np.array([extents[1] ** 2, extents[0] ** 2, weight.sum()]))
