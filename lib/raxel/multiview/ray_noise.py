@@ -105,7 +105,7 @@ def angular_rays(rays, sd=1.0, *, about=None):
     if len(o) == 0:
         raise CalibrationError("rays: found none; give pixels that have a ray")
     if about is not None and not _finite(about, (3,)):
-        raise CalibrationError("rays: about: give three finite numbers, mm")
+        raise CalibrationError("rays: about: invalid; give three finite numbers, mm")
     if np.shape(sd) not in ((), (len(o),)):
         raise CalibrationError(
             f"rays: standard deviations: found shape {np.shape(sd)} for {len(o)} rays; "
@@ -116,7 +116,9 @@ def angular_rays(rays, sd=1.0, *, about=None):
     back = np.einsum("ni,ni->n", o - np.asarray(about, float), d)[:, None, None]
     sd = np.broadcast_to(np.asarray(sd, float), len(o))
     if not np.all((sd > 0) & np.isfinite(sd)):
-        raise CalibrationError("rays: standard deviations: must be finite and above 0")
+        raise CalibrationError(
+            "rays: standard deviations: invalid; give values finite and above 0"
+        )
     across = sd[:, None, None] ** 2 * (np.eye(3) - d[:, :, None] * d[:, None, :])
     C = np.block([[back**2 * across, back * across], [back * across, across]])
     return NoisyRays(o, d, C)

@@ -93,7 +93,7 @@ def at_view(index):
         ("no rigid motion", lambda: refine_generalised_pose(A, B, None)),
         ("no rigid motion", lambda: refine_generalised_pose(A, B, SCALED)),
         ("no rigid motion", lambda: motion_information(T[:3], A, B)),
-        ("about: give", lambda: angular_rays(A, about=[np.nan, 0, 0])),
+        ("about: invalid; give", lambda: angular_rays(A, about=[np.nan, 0, 0])),
         ("deviations: found shape", lambda: angular_rays(A, [1.0, 2.0])),
         ("finite and above 0", lambda: angular_rays(A, np.inf)),
         ("found pixels", lambda: rays_of_pixels(CAMERA, np.zeros((5, 3)))),

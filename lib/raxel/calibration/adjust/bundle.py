@@ -108,7 +108,7 @@ def frozen_whitening(seen, directions, centre, T_base_grid, sigma=None):
     ahead = whitening[..., 0] > 0
     if not np.all(sigma > 0, where=ahead[..., None]):
         raise InputError(
-            "adjustment: field 'sigma': must be above 0 at each seen point"
+            "adjustment: field 'sigma': not above 0 at a seen point; give positive ones"
         )
     for place, axis in ((0, 0), (2, 1)):
         np.divide(1.0, sigma[..., axis], out=whitening[..., place], where=ahead)

@@ -95,7 +95,9 @@ def joined_rays(points, seen, centre, weights=None):
     weights = np.ones(len(seen)) if weights is None else np.asarray(weights, float)
     weights = np.broadcast_to(weights.T, seen.T.shape).T
     if not np.all(weights > 0, where=seen):
-        raise InputError("rays: field 'weights': must be above 0 at each seen point")
+        raise InputError(
+            "rays: field 'weights': not above 0 at a seen point; give positive ones"
+        )
     flat, shares = _seen_points(points, seen), np.where(seen, weights, 0.0)
 
     def directions(T_base_grid):

@@ -459,7 +459,8 @@ def _ratio_scaled(v, w, name):
         or abs(v[3]) < ZERO_TOL * np.abs(v[3:5]).max()
     ):
         raise CalibrationError(
-            f"as printed: the ratio {name} is 0/0 (R_31 = 0: no rotation about y)",
+            f"as printed: the ratio {name} is 0/0 (no rotation about y); use "
+            "linear_well_conditioned",
             code="zero-division",
         )
     return v, w * (v[3] / w[0])
@@ -581,12 +582,14 @@ def printed_depth(u: np.ndarray, v: np.ndarray, side: int) -> float:
     numerator = u[4] * u[5] + u[6] * u[7]
     if abs(product) < ZERO_TOL * (v[3] ** 2 + v[4] ** 2):
         raise CalibrationError(
-            "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0)",
+            "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0); "
+            "use linear_well_conditioned",
             code="zero-division",
         )
     if not -numerator / product > 0:
         raise CalibrationError(
-            f"as printed: C_z^2 = {-numerator / product:.3g} is negative",
+            f"as printed: C_z^2 = {-numerator / product:.3g} is negative; use "
+            "linear_well_conditioned",
             code="negative-square",
         )
     return np.sign(side) * np.sqrt(-numerator / product)

@@ -487,7 +487,7 @@ def _check_in_front(points, T_camera_grid, plane, index):
         raise CalibrationError(
             f"platter: image {index}: the mirror image of the grid is "
             f"{-height.min():.0f} mm in front of the mirror; check that its corners "
-            "are reflections, and that board and grid are not exchanged",
+            "are reflections (or board and grid are exchanged)",
             code="image-before-mirror",
         )
 

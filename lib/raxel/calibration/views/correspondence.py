@@ -110,7 +110,7 @@ def check_tilts(rotations, method, needed):
         widest = f"widest pair {angles.max():.1f}"
         raise CalibrationError(
             f"{method}: fewer than {needed} boards are tilted against each other by "
-            f"{MIN_TILT_DEG:.0f} degrees ({what}; {widest}); tilt them more",
+            f"{MIN_TILT_DEG:.0f} degrees ({what}, {widest}); tilt them more",
             code="parallel-grids",
         )
 
