@@ -196,8 +196,8 @@ def ext_mirror_bench(results, published):
         "the first deflection, against the unevenness. Second level, with a displaced "
         "reference mirror: (c) mean angle to the rays measured with the grids of the "
         "primary calibration, with the chosen unevenness; (d) mean back-projection "
-        f"error at stage 0, with the chosen factor. Rig A, published method, {runs} runs. The "
-        f"printed numbers are reached: {'; '.join(found)}.",
+        f"error at stage 0, with the chosen factor. Rig A, published method, {runs} "
+        f"runs. The printed numbers are reached: {'; '.join(found)}.",
         check if runs > 3 else None,
     )
 
