@@ -220,7 +220,7 @@ def test_camera_roundtrips_through_file_and_fields(tmp_path):
         ({"deflections": 151}, "field 'deflections': .*151.0"),
         ({"deflections": 100}, "field 'deflections': .* 64 degrees"),
         ({"law": "spline"}, "field 'law': found 'spline'"),
-        ({"rulings": 1.0}, "field 'rulings': found 57.3 degrees"),
+        ({"rulings": 1.0}, "field 'rulings': 57.3 degrees"),
         ({"holder": 160}, "field 'holder': found 160 mm"),
         ({"wavelengths": (110, 45)}, "field 'wavelengths'"),
         ({"aberration": -1}, "field 'aberration': found -1"),

@@ -263,8 +263,8 @@ def test_a_file_of_points_from_elsewhere_lays_nothing_out(tmp_path, capsys):
     for points, told in (
         (np.zeros((9, 9, 2)), "points_mm: shape (9, 9, 2); give (120, 160, 2)"),
         (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09; no monitor is so large"),
-        (np.zeros((120, 160, 2)), "no two neighbouring pixels see different places"),
-        (-np.indices((120, 160)).T.swapaxes(0, 1), "all of it is left of the grid"),
+        (np.zeros((120, 160, 2)), "no two neighbouring pixels see different positions"),
+        (-np.indices((120, 160)).T.swapaxes(0, 1), "all points are left of"),
     ):
         np.savez(path, points_mm=points)
         line = refused(capsys, *order)

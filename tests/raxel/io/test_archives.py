@@ -83,7 +83,7 @@ def rejects(path, words):
         (npy(np.zeros((3, 3), np.longdouble)), "type is float128"),
         (npy(np.zeros(3, "f8, i4")), "found [("),
         (npy(np.array("x" * 101)), "type is <U101"),
-        (npy(np.array([["1", "0"]])), "found <U1; numbers"),
+        (npy(np.array([["1", "0"]])), "found <U1; give numbers"),
         (npy(np.full((3, 3), np.inf)), "not finite"),
         (npy(np.full((3, 3), 1e101)), "beyond 1e+100"),
         (npy(np.eye(4)), "shape (4, 4)"),
@@ -178,4 +178,4 @@ def test_camera_nesting_is_limited(tmp_path):
         if depth < 9:
             members[f"{prefix}width.npy"] = members[f"{prefix}height.npy"] = npy(31)
         prefix += "viewer."
-    rejects(zipped(tmp_path / "camera.npz", **members), "nested less deeply")
+    rejects(zipped(tmp_path / "camera.npz", **members), "nested cameras; reduce")

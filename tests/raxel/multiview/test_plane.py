@@ -148,7 +148,7 @@ def test_noise_makes_no_holes():
         ({"sigma": np.zeros((90, 9, 2))}, "sigma: found 90 x 9 pixels"),
         ({"mask": np.ones((9, 120), bool)}, "mask: found 9 x 120 pixels"),
         ({"mask": np.zeros((90, 120), bool)}, "no four neighbouring pixels"),
-        ({"size_mm": (0.1, 40.0)}, "not one pixel"),
+        ({"size_mm": (0.1, 40.0)}, "less than one pixel"),
     ],
 )
 def test_remap_rejects_invalid_input(change, message):

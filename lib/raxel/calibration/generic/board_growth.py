@@ -184,7 +184,7 @@ def grown(samples, start, rng):
 def _posed(directions, points, rng, threshold):
     """Pose (4, 4) of one board from known rays, or None and the reason."""
     if len(points) < MIN_N_COMMON_SAMPLES:
-        return None, f"{len(points)} samples in common with the known rays (too few)"
+        return None, f"shares {len(points)} samples with the known rays (too few)"
     picked = rng.permutation(len(points))[:N_POSE_SAMPLES]
     try:
         found = pose_from_rays(

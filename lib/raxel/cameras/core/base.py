@@ -278,8 +278,8 @@ def checked_array(name, values, shape):
         )
     if not (np.abs(array) < MAX_COORDINATE).all():
         raise InputError(
-            f"field '{name}': values must be finite and below {MAX_COORDINATE:g}; "
-            "remove others"
+            f"field '{name}': values not finite, or beyond {MAX_COORDINATE:g}; "
+            "remove them"
         )
     array.flags.writeable = False
     return array
