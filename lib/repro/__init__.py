@@ -1,1 +1,1 @@
-"""Book-keeping of the reproduction: experiments, ledger, verdicts, figures, pages."""
+"""The framework of the reproduction: experiments, ledger, verdicts, figures, pages."""

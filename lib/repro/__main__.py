@@ -64,7 +64,7 @@ def _order(a: argparse.Namespace) -> jobs.Order:
 def main(argv: list[str] | None = None) -> int:
     """Run one job; return its exit status."""
     a = _parser().parse_args(argv)
-    with declared(()):  # an experiment opens its own; what reads results opens none
+    with declared(()):  # an experiment opens its own; readers of results open none
         _run(a, Path.cwd())
     return 0
 

@@ -1,7 +1,7 @@
 """Set up `.venv` from environment.txt, on a machine with Python, git and make only.
 
-Run by `make` with the system's Python; uses the standard library alone. Prints one line
-per step, and one line with the remedy when a step fails.
+`make` runs it with the system's Python and only the standard library. It prints one
+line per step, and one line with the remedy if a step fails.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ GL_PACKAGES = ("libegl1", "libgl1", "libxrender1")
 
 
 def main(options):
-    """Set up what is not set up yet; a step that fails ends the process."""
+    """Run the missing steps of the set-up; a failing step ends the process."""
     if not PYTHON.is_file() or run(PYTHON, "-c", "").returncode:
         (VENV / "packages-installed").unlink(missing_ok=True)
     once(Path("environment.txt"), "packages-installed", install_packages)
@@ -37,7 +37,7 @@ def main(options):
 
 
 def once(source, record, step):
-    """Run ``step`` on a file, unless it was done for this content in this folder."""
+    """Run ``step`` on a file, unless it was run for this content in this folder."""
     wanted = hashlib.sha256(source.read_bytes() + os.getcwd().encode()).hexdigest()
     done = VENV / record
     if not done.is_file() or done.read_text() != wanted:
@@ -46,7 +46,7 @@ def once(source, record, step):
 
 
 def install_packages(pins):
-    """A fresh .venv, of the Python below the one that it replaces, with the pins."""
+    """Make a new .venv of the base Python, with the pinned packages."""
     version = sys.version_info[:2]
     if not OLDEST <= version <= NEWEST:
         sys.exit(
@@ -64,17 +64,18 @@ def install_packages(pins):
 
 
 def install_pins(pins):
-    """Install what a file pins, by hash; pins of further files agree with the first."""
+    """Install the pinned packages of a file by hash; further files agree with the
+    first."""
     say(f"packages from {pins} (environment.txt: about 1.5 GB, a minute or two)")
     pip("--require-hashes", "--no-deps", "-r", pins)
 
 
 def install_project(_):
-    """Install the project editable, and let numba compile the library's loops."""
+    """Install the project in editable mode and compile the loops of the library."""
     pip("--no-deps", "--no-build-isolation", "--editable", ".")
     say("compiled loops of the library (half a minute, once)")
     for index in Path("lib/raxel").rglob("*.nbi"):
-        index.unlink()  # one of before a module moved cannot be read
+        index.unlink()  # an index from before a module moved cannot be read
     must(run(PYTHON, "-m", "raxel.compile_loops"), "python -m raxel.compile_loops")
 
 
@@ -85,7 +86,7 @@ def pip(*arguments):
 
 
 def probe_rendering():
-    """Test 3-D rendering once, in a process of its own: VTK without OpenGL ends it."""
+    """Test 3-D rendering once, in a separate process: VTK without OpenGL ends it."""
     record = VENV / "rendering"
     if record.is_file():
         return

@@ -1,4 +1,4 @@
-"""One line per job for people: how far the build is, what runs, and why."""
+"""One line per job: progress of the build, job, reason."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REASONS = {
     "Forced execution": "asked for",
     "incomplete": "was left half done",
 }
-# A failed job is told with its log; these only say again that there was one.
+# A failed job is reported with its log; these events only repeat it.
 SAID_ALREADY = ("RuleException", "WorkflowError", "Exiting because", "CalledProcess")
 
 
@@ -52,7 +52,7 @@ class LogHandler(LogHandlerBase):
 
     @property
     def has_filter(self) -> bool:
-        """It picks the events itself."""
+        """It selects the events itself."""
         return True
 
     @property
@@ -66,7 +66,7 @@ class LogHandler(LogHandlerBase):
         return False
 
     def emit(self, record: LogRecord) -> None:
-        """Print what a reader of the terminal wants to know of the record."""
+        """Print the relevant part of the record."""
         event = getattr(record, "event", None)
         if event == LogEvent.RUN_INFO:
             self._total = sum(

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from raxel.evaluation import MISSED_PX
-from repro.run import LEAST_RATIO, SIGNIFICANCE
+from repro.run import MIN_RATIO, SIGNIFICANCE
 
 # The kinds of target of the sets that the study is of.
 BOARDS = ("chessboard", "charuco")
@@ -262,4 +262,4 @@ def decided(won):
 
     There is no minimum number of images, because with few of them p cannot be small.
     """
-    return won.p < SIGNIFICANCE and won.ratio.low >= LEAST_RATIO
+    return won.p < SIGNIFICANCE and won.ratio.low >= MIN_RATIO

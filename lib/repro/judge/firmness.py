@@ -1,9 +1,9 @@
-"""How firm a verdict is: whether every reading of an open text gives it.
+"""Firmness of a verdict: whether every reading of an ambiguous text gives it.
 
-A claim is firm if all its readings share the verdict of the primary one. What follows
-from claims is firm if no reading of one of them can turn it: a `reproduced` needs all
-of them firm, a `differs` one claim that differs in every reading. Where not one claim
-is firm, the verdict is that of our choice of the readings and of nothing else.
+A claim is firm if all its readings share the verdict of the primary one. A verdict that
+follows from claims is firm if no reading of one of them can change it: a `reproduced`
+needs all of them firm, a `differs` one claim that differs in every reading. If no claim
+is firm, the verdict depends on our choice of readings.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 ALL, SOME, NONE = "all readings", "some readings", "no claim"
 WHOLE = {"firmness": ALL, "agree": None}
-UNASKED = {"firmness": None, "agree": None}
+NOT_JUDGED = {"firmness": None, "agree": None}
 
 
 def of_readings(verdict: str, others: Sequence[Mapping]) -> dict:
@@ -22,11 +22,11 @@ def of_readings(verdict: str, others: Sequence[Mapping]) -> dict:
 
 
 def of_claims(verdict: str, claims: Sequence[Mapping]) -> dict:
-    """Fields of what follows from rows of claims: [firm claims, claims]."""
+    """Fields of a verdict that follows from rows of claims: [firm claims, claims]."""
     judged = [row for row in claims if row["firmness"]]
     firm = [row for row in judged if row["firmness"] == ALL]
     if verdict not in ("reproduced", "differs"):
-        return UNASKED
+        return NOT_JUDGED
     if not firm:
         return {"firmness": NONE, "agree": [0, len(judged)]}
     if verdict == "reproduced":

@@ -1,7 +1,7 @@
 """The ledger: what the thesis printed, read from `data/published` and checked.
 
-Only the book-keeping reads it. An experiment that could see a published value could be
-tuned towards it, so no chapter and nothing of `raxel` reaches this module.
+Only `repro` reads it. An experiment with access to a published value could be tuned
+towards it, so no chapter and no module of `raxel` imports this module.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class LedgerError(InputError):
 class Ledger:
     """Entries by id, in the order of their files.
 
-    ``sections`` are the section ids that a claim or number names in place of an
-    artefact; ``readings`` the questions that the text leaves open.
+    ``sections`` are the section ids that a claim or number names instead of an
+    artefact; ``readings`` the questions on which the text is ambiguous.
     """
 
     artefacts: Entries
@@ -46,7 +46,7 @@ class Ledger:
     sections: Entries
 
     def entry(self, identifier: str) -> dict:
-        """The entry of that id, of whatever kind; LedgerError where there is none."""
+        """Return the entry of an id of any kind; LedgerError for an unknown id."""
         for entries in self._kinds():
             if identifier in entries:
                 return entries[identifier]
@@ -54,11 +54,11 @@ class Ledger:
         raise LedgerError(f"{identifier}: no such id{hint(identifier, known)}")
 
     def printed(self, identifiers: Iterable[str]) -> dict[str, float | str | None]:
-        """Id -> printed value of numbers; LedgerError for an id that is none."""
+        """Id -> printed value of numbers; LedgerError for an unknown id."""
         for identifier in identifiers:
             if identifier not in self.numbers:
                 raise LedgerError(
-                    f"{identifier}: published: no number of numbers.yaml"
+                    f"{identifier}: published: not in numbers.yaml"
                     f"{hint(identifier, list(self.numbers))}"
                 )
         return {i: self.numbers[i]["value"] for i in identifiers}
@@ -108,7 +108,8 @@ def load(root: Path) -> Ledger:
 
 @cache
 def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
-    """The ledger of files with these times of change: one that stays is read once."""
+    """The ledger of files with these modification times: an unchanged one is read
+    once."""
     lists: dict[str, list[dict]] = {}
     origin: dict[str, str] = {}
     for (path, _), names in zip(dated, LISTS.values(), strict=True):
@@ -129,9 +130,9 @@ def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
 
 
 def read_yaml(path: Path) -> object:
-    """Content of a YAML file; LedgerError where it is missing or malformed."""
+    """Content of a YAML file; LedgerError if it is missing or malformed."""
     if not path.is_file():
-        raise LedgerError(f"{path}: not found; bring it back from git")
+        raise LedgerError(f"{path}: not found; restore it from git")
     try:
         return documents.read_yaml(path)
     except InputError as fault:
@@ -154,8 +155,8 @@ def _repeated(lists: Mapping[str, list[dict]], origin: Mapping[str, str]) -> lis
             identifier = entry["id"]
             if identifier in seen:
                 lines.append(
-                    f"{origin[name]}: {identifier}: id: stands in {seen[identifier]} "
-                    "already; rename one of the two"
+                    f"{origin[name]}: {identifier}: id: already used in "
+                    f"{seen[identifier]}; rename one of the two"
                 )
             seen.setdefault(identifier, origin[name])
     return lines

@@ -1,11 +1,10 @@
-"""How a regenerated number is judged against the printed one.
+"""Rules by which a regenerated number is compared with the printed one.
 
-The rules are those of the architecture, by role, source and comparator: a setting is
-run as stated; an analytic value is equal at the printed precision; a simulated result
-has the published value in its 95 % interval; a bound has the interval on its side; a
-value measured on hardware we do not have gets a counterpart beside it; what was put
-into a rig is set, whatever comes out of it; what is cited from the literature is not
-compared.
+The rule depends on role, source and comparator. A setting is run as stated. An analytic
+value must be equal at the printed precision. A simulated result must have the published
+value in its 95 % interval. A bound must have the interval on its side. A value measured
+on hardware we do not have gets a rendered counterpart. A value that was put into a rig
+is set, whatever the result. A value cited from the literature is not compared.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ Decision = tuple[str, str]
 
 
 class VerdictError(InputError):
-    """Judged values that fit no rule: one line with page, id, found, what to do."""
+    """A judged value that fits no rule: one line with page, id, problem, what to do."""
 
 
 def judge_number(entry: Mapping, value: Mapping) -> Decision:
-    """Verdict of a regenerated number, and the reason where one is due.
+    """Return the verdict of a regenerated number, and the reason if there is one.
 
     Parameters
     ----------
@@ -37,7 +36,7 @@ def judge_number(entry: Mapping, value: Mapping) -> Decision:
         return not_produced(entry)
     _same_unit(entry, value)
     if value["value"] is None:
-        raise VerdictError("value: found nothing (not a number); a number needs one")
+        raise VerdictError("value: not a number; give a finite number")
     if entry["value"] is None:
         return "not comparable", entry.get("doubtful", "the text gives no value")
     if entry["role"] == "setting":
@@ -53,7 +52,7 @@ def judge_number(entry: Mapping, value: Mapping) -> Decision:
 
 
 def not_produced(entry: Mapping) -> Decision:
-    """Verdict of what no run of ours can produce."""
+    """Return the verdict of a value that none of our runs can produce."""
     return "not comparable", "literature: " + entry.get("conditions", "cited, not run")
 
 
@@ -80,7 +79,7 @@ def _printed(entry: Mapping, value: Mapping) -> Decision:
 def equal_as_printed(
     published: float | str, regenerated: float | str, exact: bool
 ) -> bool:
-    """Equality at the printed precision: half a unit of the last printed digit.
+    """Return whether values are equal to half a unit of the last printed digit.
 
     ``exact`` values, such as counts, and a printed zero allow for rounding errors of
     the computation only. Text is compared without its spaces.
@@ -108,7 +107,8 @@ def _inside(entry: Mapping, value: Mapping) -> Decision:
 
 
 def _bound(entry: Mapping, value: Mapping) -> Decision:
-    """The whole interval on the stated side; a value without one stands for itself."""
+    """Compare the whole interval with the stated side; a value without one is its own
+    interval."""
     low, high = _interval(value, needed=False)
     bound = float(entry["value"])
     if entry["comparator"] in ABOVE:
@@ -132,8 +132,7 @@ def _counterpart(entry: Mapping, value: Mapping) -> Decision:
 
 
 def ratio(entry: Mapping, value: Mapping) -> float | None:
-    """Regenerated over published; None where one is no finite number, or published is
-    0."""
+    """Return regenerated / published; None if one is not finite, or published is 0."""
     regenerated = as_number(value["value"])
     if regenerated is None or math.isinf(regenerated):
         return None
@@ -147,7 +146,7 @@ def _interval(value: Mapping, needed: bool) -> tuple[float, float]:
     if ends is None and not needed:
         ends = [value["value"], value["value"]]
     if ends is None:
-        raise VerdictError("interval: found none; a simulated result needs its 95 %")
+        raise VerdictError("interval: missing; give that of the simulation (95 %)")
     low, high = (as_number(end) for end in ends)
     if low is None or high is None or low > high:
         raise VerdictError(f"interval: found {ends}; give [low, high]")
@@ -155,7 +154,7 @@ def _interval(value: Mapping, needed: bool) -> tuple[float, float]:
 
 
 def as_number(value: float | str | None) -> float | None:
-    """The number behind a value of a judged file, where infinity is a word."""
+    """Return the number of a value of a judged file, in which infinity is a string."""
     if isinstance(value, str) and value not in ("inf", "-inf"):
         return None
     return None if value is None or math.isnan(float(value)) else float(value)

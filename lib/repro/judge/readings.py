@@ -1,10 +1,10 @@
-"""The readings of an open text: every combination of options that the ledger asks for.
+"""The readings of an ambiguous text: every combination of options in the ledger.
 
-A question that the text leaves open stands in `settings.yaml` with its options, the
-primary one first. A claim is tested in all of them, and in all combinations with those
-of the other questions that touch it, but for what `not_crossed_with` leaves out. A
-question whose options were all found to give a claim the verdict of the primary one is
-`settled` for that claim: a normal build judges it with the primary option only.
+`settings.yaml` lists each ambiguous question with its options, the primary one first. A
+claim is tested with all options, in all combinations with the options of the other
+questions that concern it, except those that `not_crossed_with` excludes. A question is
+`settled` for a claim if all its options gave the same verdict: a normal build then
+judges the claim with the primary option only.
 """
 
 from __future__ import annotations
@@ -19,30 +19,31 @@ from repro.judge.schema import hint
 
 
 def open_questions(root: Path) -> Mapping[str, dict]:
-    """Question -> its entry of `settings.yaml`, of the checkout at ``root``."""
+    """Return question -> its entry of `settings.yaml` in the checkout at ``root``."""
     path = root / FOLDER / "settings.yaml"
     return _questions(path, path.stat().st_mtime_ns)
 
 
 @cache
 def _questions(path: Path, changed: int) -> Mapping[str, dict]:
-    """Entries of a file with this time of change; one that stays is read once."""
+    """Entries of a file with this modification time; an unchanged one is read once."""
     return {entry["id"]: entry for entry in read_yaml(path)["readings"]}
 
 
 def crossed(
     known: Mapping[str, dict], questions: Sequence[str], claim: str | None = None
 ) -> list[dict[str, str]]:
-    """Options by question: every combination that is judged, the primary one first.
+    """Return options by question: every combination that is judged, the primary one
+    first.
 
-    known: entries of `open_questions`. claim: of the questions that are settled for it,
-    only the primary option. LedgerError for a question that `known` does not list.
+    known: entries of `open_questions`. claim: questions settled for it have the primary
+    option only. Raises LedgerError for a question that is not in `known`.
     """
     for question in questions:
         if question not in known:
             raise LedgerError(
-                f"reading: found the question {question!r}, which settings.yaml does "
-                f"not list{hint(question, list(known))}"
+                f"reading: question {question!r} is not in settings.yaml"
+                f"{hint(question, list(known))}"
             )
     options = [_options(known[question], claim) for question in questions]
     taken = (dict(zip(questions, chosen, strict=True)) for chosen in product(*options))
@@ -60,10 +61,11 @@ def primary(known: Mapping[str, dict], questions: Sequence[str]) -> dict[str, st
 
 
 def _asked(known: Mapping[str, dict], reading: Mapping[str, str]) -> bool:
-    """Whether a combination of options is asked for.
+    """Whether a combination of options is judged.
 
-    Every other option of a question stands with the primary ones of those that the
-    question is `not_crossed_with`: each of its runs would cost as much again for them.
+    Other options of a question are combined with only the primary options of the
+    questions in `not_crossed_with`, because each combination would need runs of its
+    own.
     """
     away = [q for q, option in reading.items() if option != known[q]["primary"]]
     return not any(

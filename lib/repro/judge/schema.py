@@ -1,4 +1,4 @@
-"""The book-keeping's own files against their schemas, in the library's one way."""
+"""Validate the files of `repro` against their schemas, as the library does."""
 
 from __future__ import annotations
 
@@ -20,6 +20,6 @@ def faults(content: object, schema: str, name: str) -> list[str]:
 
 
 def hint(name: str, known: Iterable[str]) -> str:
-    """'; did you mean x?' where one of the known names is close."""
+    """Return '; did you mean x?' if one of the known names is similar."""
     near = did_you_mean(name, known)
     return f"; {near}" if near else ""

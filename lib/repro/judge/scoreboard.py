@@ -1,8 +1,7 @@
-"""The rows of the scoreboard: everything the thesis printed, and what came out here.
+"""The rows of the scoreboard: published and regenerated values of the thesis.
 
-The rows come from `repro.judge.verdict`; here they are checked against a schema, put in
-order and counted. A page takes its own rows from the same functions as the board does,
-so the two cannot disagree.
+The rows come from `repro.judge.verdict`. This module validates, sorts and counts them.
+Pages and scoreboard use the same functions, so they cannot disagree.
 """
 
 from __future__ import annotations
@@ -20,22 +19,23 @@ from repro.judge.schema import faults
 KINDS = ("artefact", "section", "claim", "number")
 MEANINGS = {
     "reproduced": "The stated test holds. An artefact: all its decided claims hold, or "
-    "what is drawn equals what was computed.",
-    "differs": "The test does not hold. The reason says by how much.",
+    "the drawing equals the computed geometry.",
+    "differs": "The test does not hold. The reason states by how much.",
     "undecided": "The interval crosses the boundary of the test.",
-    "counterpart": "Measured on hardware we do not have. A rendered value stands "
-    "beside it, with the ratio to the published one. Nothing is said about agreement.",
-    "set": "A number that was put into the rig, or solved for. What comes out says "
-    "nothing about the thesis; the reason says how it was set.",
+    "counterpart": "Measured on hardware we do not have. A rendered value is shown "
+    "with its ratio to the published one. There is no verdict on agreement.",
+    "set": "A number that was put into the rig or solved for. It is not a test of the "
+    "thesis. The reason states how it was set.",
     "setting": "A number that describes an experiment; not a result.",
-    "not comparable": "No comparison is possible; the reason says why.",
+    "not comparable": "No comparison is possible. The reason states why.",
     "not yet": "Nothing produces it so far; its chapter is not built.",
     "quick": "Few trials: a value and no verdict.",
 }
 
 
 def checked(rows: Sequence[Mapping]) -> list[dict]:
-    """The rows in the order of the board; VerdictError names a faulty row and field."""
+    """Return the rows in the order of the board; VerdictError names an invalid row and
+    field."""
     wrong = faults(list(rows), "scoreboard", "scoreboard")
     wrong += [
         f"scoreboard: {name}: id: {count} rows have it; rename one"
@@ -56,12 +56,12 @@ def _order(row: Mapping) -> tuple:
 
 
 def chapter_order(number: str) -> tuple:
-    """Sort key of a chapter's number: appendices stand last."""
+    """Return the sort key of a chapter's number: appendices are last."""
     return not number.isdigit(), natural(number)
 
 
 def natural(name: str) -> list:
-    """Sort key by which 10 comes after 9."""
+    """Return a sort key by which 10 comes after 9."""
     return [
         (1, int(part), "") if part.isdigit() else (0, 0, part)
         for part in re.split(r"(\d+)", name)
@@ -70,7 +70,8 @@ def natural(name: str) -> list:
 
 
 def headline(rows: Sequence[Mapping]) -> dict:
-    """Rows in all, by kind, by verdict; claims by verdict, and the firm of them."""
+    """Count the rows: all, by kind, by verdict; claims by verdict, and the firm
+    ones."""
     verdicts = Counter(row["verdict"] for row in rows)
     of_claims = [row for row in rows if row["kind"] == "claim"]
     claims = Counter(row["verdict"] for row in of_claims)
@@ -86,7 +87,7 @@ def headline(rows: Sequence[Mapping]) -> dict:
 
 
 def rows_of(root: Path, effort: str, folder: Path) -> list[dict]:
-    """The checked rows for the judged files below ``folder``."""
+    """Return the validated rows for the judged files below ``folder``."""
     judged = verdict.read_judged(folder)
     unfinished = verdict.read_unfinished(root)
     return checked(verdict.rows(ledger.load(root), judged, unfinished, effort))

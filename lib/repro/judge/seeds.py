@@ -1,9 +1,9 @@
-"""The rule for claims that are judged seed by seed, on rendered rigs.
+"""The rule for claims that are judged per simulated run (seed), on rendered rigs.
 
-A predicate is true of a seed or not. The claim says that it is true of nine in ten, and
-the share's exact interval decides, as an interval does everywhere. Runs through
-pictures are too few for any interval to lie above nine in ten: there the share itself
-decides, and the verdict carries the mark "few seeds".
+A predicate holds for a run or not. The claim states that it holds in nine of ten runs,
+and the exact interval of the share decides. Runs that render images are too few for an
+interval above nine in ten: there the share itself decides, and the verdict is marked
+"few seeds".
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, proportion
 
 SHARE_OF_SEEDS = 0.9
 MIN_SEEDS = 36
-"""The least number whose exact 95 % interval lies above nine in ten, all being true."""
+"""Smallest number of runs whose exact 95 % interval is above nine in ten if all
+succeed."""
 
 
 def few_seeds(seeds: int) -> bool:
-    """Whether a share of so many seeds decides without its interval."""
+    """Return whether a share of so many runs decides without its interval."""
     return 0 < seeds < MIN_SEEDS
 
 
 def decision_of_seeds(holds: np.ndarray) -> str:
-    """Whether a predicate (seeds,) is true of nine in ten; open without any seed."""
+    """Decide whether a predicate (seeds,) holds in nine of ten; undecided without
+    any."""
     if not len(holds):
         return UNDECIDED
     if few_seeds(len(holds)):

@@ -1,11 +1,10 @@
 """Statistics over trials: medians with intervals, comparisons, trends.
 
-The rules are those at the head of the ledger's claims: medians over trials with their
-95 % interval, a failed trial (nan) counts as the worst, a comparison needs a
-significant test *and* a median ratio whose interval lies on the right side, and an
-interval across a boundary decides nothing. A median's interval is exact, that of any
-other statistic a bootstrap's; every resampling has a fixed seed: the same trials always
-give the same interval.
+The rules are those at the head of `claims.yaml`: medians over trials with a 95 %
+interval; a failed trial (nan) counts as the worst; a comparison requires a significant
+test *and* a median ratio whose interval is on the right side; an interval that crosses
+a boundary is undecided. The interval of a median is exact, other intervals are from a
+bootstrap with a fixed seed: the same trials always give the same interval.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ import numpy as np
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 RESAMPLES = 2000
 SIGNIFICANCE = 0.01
-LEAST_RATIO = 1.05
-LEAST_TRIALS = 50
+MIN_RATIO = 1.05
+MIN_N_TRIALS = 50
 
 
 class Estimate(NamedTuple):
@@ -32,24 +31,24 @@ class Estimate(NamedTuple):
     failed: int = 0
 
     def times(self, factor: float) -> Estimate:
-        """The same in another unit, such as 100 for percent."""
+        """Return the estimate in another unit, such as 100 for percent."""
         ends = (factor * self.value, factor * self.low, factor * self.high)
         return Estimate(*ends, self.failed)
 
     def above(self, bound: float) -> str:
-        """Whether the statistic lies above ``bound``, with its whole interval."""
+        """Decide whether the whole interval is above ``bound``."""
         if self.low > bound:
             return HOLDS
         return FAILS if self.high <= bound else UNDECIDED
 
     def below(self, bound: float) -> str:
-        """Whether the statistic lies below ``bound``, with its whole interval."""
+        """Decide whether the whole interval is below ``bound``."""
         if self.high < bound:
             return HOLDS
         return FAILS if self.low >= bound else UNDECIDED
 
     def within(self, low: float, high: float) -> str:
-        """Whether the statistic lies in a margin, with its whole interval."""
+        """Decide whether the whole interval is between ``low`` and ``high``."""
         return all_of([self.above(low), self.below(high)])
 
 
@@ -62,14 +61,14 @@ class Comparison(NamedTuple):
 
 
 def all_of(decisions: Sequence[str]) -> str:
-    """Holds when all hold, fails when one fails, undecided otherwise."""
+    """Return holds if all hold, fails if one fails, undecided otherwise."""
     if FAILS in decisions:
         return FAILS
     return HOLDS if all(d == HOLDS for d in decisions) else UNDECIDED
 
 
 def with_worst(values: np.ndarray, worst: float = np.inf) -> np.ndarray:
-    """Trials (n,) with the failed ones (nan) set to ``worst``."""
+    """Return trials (n,) with the failed ones (nan) set to ``worst``."""
     values = np.asarray(values, float)
     return np.where(np.isnan(values), worst, values)
 
@@ -102,8 +101,8 @@ def bootstrap(
 def proportion(trials: np.ndarray, level: float = 0.95) -> Estimate:
     """Share of trials (n,) that succeeded (1, the others 0): Estimate.
 
-    The interval is exact (Clopper and Pearson): unlike a bootstrap's it has a width
-    where all trials or none succeed, and it leaves a few trials open.
+    The interval is exact (Clopper and Pearson). Unlike that of a bootstrap, it has a
+    width if all trials or none succeed, and a few trials are undecided.
     """
     from scipy.stats import binomtest
 
@@ -119,7 +118,7 @@ def paired_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
     From the exact intervals of the two kinds of pairs that differ, by recovering their
     variances (after Newcombe, "Improved confidence intervals for the difference between
     binomial proportions based on paired data", Statistics in Medicine 17, 1998). Unlike
-    a bootstrap's, the interval has a width where no pair differs.
+    that of a bootstrap, the interval has a width if no pair differs.
     """
     won, lost = (
         proportion(np.asarray(a) > np.asarray(b))
@@ -134,8 +133,8 @@ def paired_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
 def share_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
     """Difference of the shares of successes of independent trials (n,), (m,), 1 or 0.
 
-    From the exact intervals of both shares, as in `paired_gain`: it has a width where
-    all trials of one succeed and none of the other. Returns Estimate.
+    From the exact intervals of both shares, as in `paired_gain`: it has a width if all
+    trials of one succeed and none of the other. Returns Estimate.
     """
     a, b = proportion(better), proportion(worse)
     value = a.value - b.value
@@ -145,10 +144,10 @@ def share_gain(better: np.ndarray, worse: np.ndarray) -> Estimate:
 
 
 def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
-    """Order statistics, so that an infinite worst stays what it is.
+    """Order statistics, so that an infinite worst value stays infinite.
 
-    A draw without a value (two failures over each other) could be anything: it widens
-    the interval on both sides.
+    A resample without a value (ratio of two failures) is undetermined: it widens the
+    interval on both sides.
     """
     unknown = np.isnan(drawn)
     tail, last = (1 - level) / 2, len(drawn) - 1
@@ -158,7 +157,7 @@ def _percentiles(drawn: np.ndarray, level: float) -> tuple[float, float]:
 
 
 def median_and_range(found: np.ndarray) -> Estimate:
-    """Median of seeds (n,) and their range, of those with a value; nan without any."""
+    """Return median and range of the seeds (n,) that have a value; nan without any."""
     found = np.asarray(found, float)
     known = found[np.isfinite(found)]
     if not len(known):
@@ -170,13 +169,12 @@ def median_and_range(found: np.ndarray) -> Estimate:
 def median_interval(values: np.ndarray, *, worst: float = np.inf) -> Estimate:
     """Median of trials (n,) with its 95 % interval; nan counts as ``worst``.
 
-    The interval ends at two of the trials, taken by rank so that the two binomial tails
-    outside hold 2.5 % each at most: it covers the median at least as often as it says,
-    whatever the distribution, with no drawing of random numbers. A bootstrap of the
-    median only approximates this, and falls short where trials are few. Ranks also
-    bear failed trials as they are, at the end of the order: enough of them make the end
-    of the interval ``worst``. Below 6 trials no interval covers that often; then it is
-    the whole range, which covers 1 - 2^(1 - n).
+    The ends are two order statistics whose binomial tails contain at most 2.5 % each.
+    The interval has at least the nominal coverage for any distribution, without random
+    numbers. A bootstrap of the median only approximates this, and its coverage is too
+    low for few trials. Failed trials are last in the order: enough of them make the end
+    of the interval ``worst``. Below 6 trials no interval has this coverage; then it is
+    the whole range, with a coverage of 1 - 2^(1 - n).
     """
     values = np.asarray(values, float)
     ordered = np.sort(with_worst(values, worst))
@@ -200,7 +198,7 @@ def _median_rank(n: int) -> int:
 def median_ratio(
     numerator: np.ndarray, denominator: np.ndarray, *, paired: bool = False
 ) -> Estimate:
-    """Ratio of the medians of two samples of positive trials, failures the worst."""
+    """Return the ratio of the medians of two samples of positive trials."""
     return ratio_of("median", numerator, denominator, paired=paired)
 
 
@@ -228,12 +226,12 @@ def ratio_of(
 
 
 def spread_of_medians(*trials: np.ndarray) -> np.ndarray:
-    """Largest over smallest median of arrays (..., trials): (...)."""
+    """Return largest / smallest median of arrays (..., trials): (...)."""
     return spread_of("median", *trials)
 
 
 def spread_of(statistic: str, *trials: np.ndarray) -> np.ndarray:
-    """Largest over smallest median or mean of arrays (..., trials): (...)."""
+    """Return largest / smallest median or mean of arrays (..., trials): (...)."""
     found = [OVER_TRIALS[statistic](t) for t in trials]
     return np.max(found, axis=0) / np.min(found, axis=0)
 
@@ -247,7 +245,7 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 
 OVER_TRIALS = {"median": _median, "mean": _mean}
-"""What stands for the trials of a level, arrays (..., trials) in, (...) out."""
+"""Statistic over the trials of a level: arrays (..., trials) to (...)."""
 
 
 def wins(
@@ -272,8 +270,8 @@ def wins(
     found = []
     for p, (a, b) in zip(holm(raw), pairs, strict=True):
         ratio = ratio_of(statistic, b, a, paired=True)
-        decision = ratio.above(np.nextafter(LEAST_RATIO, 0))
-        if decision == HOLDS and (p >= SIGNIFICANCE or len(a) < LEAST_TRIALS):
+        decision = ratio.above(np.nextafter(MIN_RATIO, 0))
+        if decision == HOLDS and (p >= SIGNIFICANCE or len(a) < MIN_N_TRIALS):
             decision = UNDECIDED
         found.append(Comparison(p, ratio, decision))
     return found
@@ -290,9 +288,10 @@ def _difference(b: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 def mcnemar(a: np.ndarray, b: np.ndarray) -> float:
-    """Exact two-sided p that of paired trials (N,) bool, a and b succeed as often.
+    """Return the exact two-sided p-value that paired trials (N,) bool succeed equally
+    often.
 
-    Of the trials in which they differ, each is a fair coin; 1 where none differs.
+    Each pair that differs is a fair coin toss; the p-value is 1 if none differs.
     """
     from scipy.stats import binomtest
 
@@ -314,10 +313,11 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def welch_less(a: np.ndarray, b: np.ndarray) -> float:
-    """One-sided p of Welch's test that the mean of ``a`` is below that of ``b``.
+    """Return the one-sided p-value of Welch's test that the mean of ``a`` is below
+    ``b``'s.
 
-    Failed trials count as the worst finite trial of either sample. Where nothing
-    scatters (or nothing succeeded) the means themselves decide.
+    Failed trials count as the worst finite trial of either sample. If both samples have
+    no scatter (or no success), the means decide.
     """
     from scipy.stats import ttest_ind_from_stats
 
@@ -366,9 +366,9 @@ def trend(
 ) -> Estimate:
     """Bootstrap of a fit over a sweep: trials are resampled within every level.
 
-    x: (levels,); trials: one array of trials per level (nan counts as the level's
-    worst finite trial); fit(x, medians) -> float, with medians (levels,), or means if
-    that is the ``statistic``. A level at which every trial failed leaves the fit open:
+    x: (levels,); trials: one array of trials per level (nan counts as the level's worst
+    finite trial); fit(x, medians) -> float, with medians (levels,), or means if that is
+    the ``statistic``. A level at which every trial failed leaves the fit undetermined:
     nan, from -inf to inf.
     """
     rng = np.random.default_rng(seed)

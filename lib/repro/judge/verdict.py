@@ -1,8 +1,8 @@
 """The verdict on everything the thesis printed: one row per entry of the ledger.
 
-A row stands beside what a page's run regenerated: `judged/<page>.json`, written by the
-judge job. Numbers follow `repro.judge.number_rules`; a claim has the verdict of its
-primary reading, the other readings are its variants; artefacts and sections follow from
+A row compares an entry with the result of a page, `judged/<page>.json`, which the judge
+job writes. Numbers follow `repro.judge.number_rules`. A claim has the verdict of its
+primary reading; the other readings are its variants. Artefacts and sections follow from
 their claims.
 """
 
@@ -24,16 +24,16 @@ from repro.judge.schema import faults, hint
 KINDS = ("claims", "numbers", "artefacts")
 DECIDED = ("reproduced", "differs")
 JUDGED = (*DECIDED, "undecided")
-# Trials, however many, have no part in these.
+# These verdicts do not depend on trials.
 WITHOUT_TRIALS = ("not yet", "not comparable")
-# Of mixed evidence, a row shows the kind that is furthest from pure calculation.
+# Of mixed evidence, a row shows the kind furthest from pure calculation.
 EVIDENCE = ("photograph", "rendered", "synthetic", "analytic")
 
 
 def read_judged(folder: Path, pages: Iterable[str] | None = None) -> list[dict]:
-    """Contents of the judged files below ``folder``; raises VerdictError.
+    """Return the contents of the judged files below ``folder``; raises VerdictError.
 
-    With ``pages``, ids, only theirs are opened: another job may be writing the others.
+    With ``pages`` (ids), only their files are read: another job may be writing others.
     """
     if pages is None:
         paths = sorted(folder.rglob("*.json"))
@@ -52,7 +52,7 @@ def read_judged(folder: Path, pages: Iterable[str] | None = None) -> list[dict]:
 
 
 def read_unfinished(root: Path) -> dict[str, str]:
-    """Chapters that are not built yet, each with what is missing."""
+    """Return the chapters that are not built yet, each with what is missing."""
     content = read_yaml(root / "chapters" / "unfinished.yaml")
     _raise_first(faults(content, "unfinished", "unfinished.yaml"))
     return content
@@ -64,7 +64,7 @@ def rows(
     unfinished: Mapping[str, str],
     effort: str,
 ) -> list[dict]:
-    """Rows of the scoreboard: artefacts, numbers, claims, sections, as in the ledger.
+    """Return the rows of the scoreboard: artefacts, numbers, claims, sections.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def rows(
     Raises
     ------
     VerdictError
-        one line: what was found that fits no rule, or is missing, and what to do.
+        One line: a value that fits no rule or is missing, and what to do.
     """
     board = _Board(ledger, _collected(ledger, judged, effort), unfinished, effort)
     for identifier in ledger.claims:
@@ -121,8 +121,8 @@ def _collected(ledger: Ledger, judged: Iterable[Mapping], effort: str) -> dict:
                 elif identifier in found[kind]:
                     other = found[kind][identifier]["page"]
                     problems.append(
-                        f"{page}: {identifier}: judged by {other} too; keep one, and "
-                        "delete the judged file of a page that is gone"
+                        f"{page}: {identifier}: also judged by {other}; keep one, and "
+                        "delete the judged file of a removed page"
                     )
                 else:
                     found[kind][identifier] = {**entry, "page": page}
@@ -132,13 +132,13 @@ def _collected(ledger: Ledger, judged: Iterable[Mapping], effort: str) -> dict:
 
 def _unknown(kind: str, known: Iterable[str], identifier: str) -> str:
     close = hint(identifier, list(known))
-    advice = close or "; what is not in the thesis is called ext_..."
-    return f"no {kind.removesuffix('s')} of the ledger{advice}"
+    advice = close or "; names outside the thesis begin with ext_"
+    return f"not in the {kind} of the ledger{advice}"
 
 
 @dataclass
 class _Board:
-    """The rows made so far, and what was found wrong."""
+    """The rows made so far, and the problems found."""
 
     ledger: Ledger
     found: Mapping[str, Mapping[str, Mapping]]
@@ -148,7 +148,7 @@ class _Board:
     problems: list[str] = field(default_factory=list)
 
     def add(self, kind: str, identifier: str, judge) -> None:
-        """Make the row of one entry, or note why it cannot be made."""
+        """Make the row of one entry, or record why it cannot be made."""
         row = self._empty(kind, identifier)
         try:
             row |= judge(self, identifier) or self._missing(row)
@@ -167,7 +167,7 @@ class _Board:
             "words": entry[words],
             "conditions": entry.get("conditions", "") if kind == "number" else "",
             "verdict": "not yet",
-            **firmness.UNASKED,
+            **firmness.NOT_JUDGED,
             "few_seeds": False,
             "evidence": None,
             "effort": self.effort,
@@ -188,8 +188,8 @@ class _Board:
         chapter = str(row["chapter"])
         if chapter not in self.unfinished:
             raise VerdictError(
-                f"nothing produces it and chapter {chapter} counts as built; produce "
-                "it, or list the chapter in chapters/unfinished.yaml"
+                f"no producer, and chapter {chapter} counts as built; produce it, or "
+                "list the chapter in chapters/unfinished.yaml"
             )
         return {"reason": f"still missing: {self.unfinished[chapter]}"}
 
@@ -199,7 +199,7 @@ class _Board:
 
 
 def _site_files(entry: Mapping) -> dict:
-    """Page and data as addresses on the site, which keeps every file's own name."""
+    """Page and data as addresses on the site, which keeps the names of files."""
     files = [
         ("results/" if "results" in Path(f).parts else "figures/") + Path(f).name
         for f in entry.get("data", entry.get("files", []))
@@ -247,7 +247,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
         **(
             firmness.of_readings(deciding["verdict"], others)
             if judged
-            else firmness.UNASKED
+            else firmness.NOT_JUDGED
         ),
         "few_seeds": deciding["few_seeds"],
         "evidence": found["evidence"],
@@ -261,7 +261,8 @@ def _claim(board: _Board, identifier: str) -> dict | None:
 
 
 def _primary(ledger: Ledger, claim: str, readings: Sequence[Mapping]) -> Mapping:
-    """The reading whose options are all primary; all that are open must be there."""
+    """The reading with all primary options; every reading that is not settled must
+    exist."""
     questions = list(readings[0]["reading"])
     try:
         known = crossed(ledger.readings, questions)
@@ -272,14 +273,14 @@ def _primary(ledger: Ledger, claim: str, readings: Sequence[Mapping]) -> Mapping
     for reading in found:
         if reading not in known:
             raise VerdictError(
-                f"reading: found {reading}; every reading names the same questions, "
+                f"reading: found {reading}; give the same questions in each reading, "
                 "with options of settings.yaml"
             )
         if found.count(reading) > 1:
             raise VerdictError(f"reading: found {reading} twice; give each once")
     for reading in wanted:
         if reading not in found:
-            raise VerdictError(f"reading: {reading} is missing; test it too")
+            raise VerdictError(f"reading: {reading} missing; test it too")
     return readings[found.index(primary(ledger.readings, questions))]
 
 
@@ -299,7 +300,7 @@ def _artefact(board: _Board, identifier: str) -> dict | None:
             verdict, regenerated = "reproduced", "drawn as computed"
             firm = firmness.WHOLE
     elif not claims and board.ledger.artefacts[identifier]["data"] == "illustration":
-        raise VerdictError("check: found none; a drawing without claims needs one")
+        raise VerdictError("check: missing; a drawing without claims requires one")
     return {
         "verdict": verdict,
         **firm,
@@ -313,28 +314,28 @@ def _artefact(board: _Board, identifier: str) -> dict | None:
 def _from_claims(
     board: _Board, claims: Sequence[str]
 ) -> tuple[str, str | None, str, dict]:
-    """Verdict that claims give what they are about, count, exceptions, firmness."""
+    """Verdict of an entry from its claims, count, exceptions, firmness."""
     rows = [board.made[claim] for claim in claims]
     counts = Counter(row["verdict"] for row in rows)
     decided = sum(counts[verdict] for verdict in DECIDED)
     reason = _exceptions(rows)
     if not decided:
-        return "counterpart", None, reason, firmness.UNASKED
+        return "counterpart", None, reason, firmness.NOT_JUDGED
     verdict = "differs" if counts["differs"] else "reproduced"
     count = f"{counts['reproduced']} of {decided} decided claims reproduced"
     return verdict, count, reason, firmness.of_claims(verdict, rows)
 
 
 def _exceptions(rows: Sequence[Mapping]) -> str:
-    """Claims by what became of them, but for those that are reproduced and firm."""
+    """Claims by verdict, except those that are reproduced and firm."""
     order = ("differs", "undecided", "not comparable", "not yet", "reproduced")
     groups: dict[str, list[str]] = {}
     for row in sorted(rows, key=lambda row: order.index(row["verdict"])):
         loose = row["firmness"] == firmness.SOME
-        said = row["verdict"] + (", not firm" if loose else "")
-        groups.setdefault(said, []).append(row["id"])
+        group = row["verdict"] + (", not firm" if loose else "")
+        groups.setdefault(group, []).append(row["id"])
     groups.pop("reproduced", None)
-    return "; ".join(f"{said}: {', '.join(ids)}" for said, ids in groups.items())
+    return "; ".join(f"{group}: {', '.join(ids)}" for group, ids in groups.items())
 
 
 def _section(board: _Board, identifier: str) -> dict | None:
@@ -360,9 +361,9 @@ def _section(board: _Board, identifier: str) -> dict | None:
 
 
 def _quick(row: dict) -> dict:
-    """The row with its values, and without the verdicts that few trials cannot give."""
+    """The row with its values, without the verdicts, which require more trials."""
     kept = row["verdict"] in WITHOUT_TRIALS
     variants = [{**variant, "verdict": "quick"} for variant in row["variants"]]
-    without = {"few_seeds": False, **firmness.UNASKED}
+    without = {"few_seeds": False, **firmness.NOT_JUDGED}
     shown = {**row, "variants": variants, **without}
     return shown if kept else {**shown, "verdict": "quick"}

@@ -1,6 +1,6 @@
-"""What a page is made of: cells, figures, exercises, and their execution.
+"""Parts of a page: cells, figures, exercises, and their execution.
 
-Chapters import from here all that shows: a page's cells and the style of figures.
+Chapters import from here the functions of display cells and the style of figures.
 """
 
 from repro.page.exercise import check

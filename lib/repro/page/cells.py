@@ -1,4 +1,4 @@
-"""Columns of a table's CSV as a reader sees them."""
+"""Columns of a table's CSV, formatted for the page."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def as_read(
     texts: Sequence[str],
     digits: int,
 ) -> dict[str, list[str]]:
-    """Columns of a CSV to read: numbers rounded, intervals beside them, no empty cell.
+    """Format the columns of a CSV: rounded numbers with intervals, no empty cell.
 
-    ``measured`` are the columns whose interval stands in two columns of its own,
-    ``texts`` those that are shown as they stand.
+    ``measured`` are the columns with an interval in two more columns, ``texts`` those
+    that are shown unchanged.
     """
     ends = {end for name in measured for end in ends_of(name)}
     return {
@@ -53,9 +53,9 @@ def _with_interval(
 
 
 def is_numeric(cells: Sequence[str]) -> bool:
-    """Whether a column holds numbers, alone or with an interval: it is set right."""
-    said = [cell for cell in cells if cell != NOTHING]
-    return bool(said) and all(
+    """Return whether a column contains numbers only: it is aligned to the right."""
+    filled = [cell for cell in cells if cell != NOTHING]
+    return bool(filled) and all(
         MEASURED.fullmatch(cell) and number_in(cell.split(" ")[0]) is not None
-        for cell in said
+        for cell in filled
     )

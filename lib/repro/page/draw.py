@@ -1,4 +1,4 @@
-"""The job that draws a figure or fills a table from results, and describes it."""
+"""The job that draws a figure or fills a table from results, with its description."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def draw(
 ) -> None:
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 
-    A figure marked with a scene leaves that or its film too (html). ``sets`` are the
-    image sets of the build, for what shows all of them. What is marked with published
-    numbers gets them here, when its results are computed, and nowhere else.
+    A figure marked with a scene also writes the scene or its video (html). ``sets`` are
+    the image sets of the build, for artefacts of all sets. Published numbers are passed
+    only here, after the results are computed.
     """
     found = jobs.producer(root, kind, name)
     read = jobs.results_of(root, found, name, sets)
@@ -57,15 +57,16 @@ def draw(
 
 
 def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
-    """Write the figure's scene where its mark promises one; drop an old one if not."""
+    """Write the figure's scene if its decorator has one; otherwise delete an old
+    one."""
     from repro.page.film import film_page
     from repro.page.space import scene_page
 
     promised = found.details.get("scene", False)
     if promised != (made.scene is not None):
         raise ValueError(
-            f"{found.module}:{found.line}: {found.id} is marked with scene={promised}, "
-            f"and its drawing has {'a' if made.scene else 'no'} scene"
+            f"{found.module}:{found.line}: {found.id}: marked with scene={promised}, "
+            f"but its drawing has {'a' if made.scene else 'no'} scene"
         )
     if made.scene is None:
         out.unlink(missing_ok=True)
@@ -76,7 +77,7 @@ def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
 
 
 def _opened(made: Drawing | Table) -> str:
-    """What a reader of the page can open below a figure: a scene, a film, a slider."""
+    """Link below a figure: a scene, a video, a slider."""
     scene = getattr(made, "scene", None)
     if isinstance(scene, Film):
         return "film" if scene.per_second else "slider"

@@ -2,8 +2,8 @@
 
     python -m repro.page.execute PAGE.py --effort full --out NB.ipynb [--set FOLDER]
 
-The id of the page is that of the notebook: the folder it goes to, and its name. A
-failure ends with one line that says where and why.
+The id of the page is that of the notebook: its folder and its name. A failure ends with
+one line that gives position and cause.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CELL_SECONDS = 180
 def execute_page(
     root: Path, page: Path, effort: str, out: Path, image_set: str | None = None
 ) -> None:
-    """Execute a page file into the notebook ``out``, whole or not at all."""
+    """Execute a page file into the notebook ``out``, completely or not at all."""
     import nbformat
 
     source = "/".join(page.parts[-3:])
@@ -40,7 +40,7 @@ def execute_page(
         "source": source,
         "effort": effort,
         "page": variables["RAXEL_PAGE"],
-        # By its name: where somebody keeps photographs is not for others.
+        # By its name: the user's folder is private.
         "set": name_of(Path(image_set)) if image_set else "",
         "names": names,
     }

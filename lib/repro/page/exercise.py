@@ -1,7 +1,7 @@
 """Exercises that check their own answer.
 
-The right answer is computed by the library when the answer is checked; no page holds
-one. The cell of an exercise looks like this; an answer goes in the place of ``None``:
+The library computes the right answer when an answer is checked; no page contains it.
+The cell of an exercise looks like this; the answer replaces ``None``:
 
     check(None, expected=rays_that_meet, hint="a plane has two sides")
 """
@@ -42,15 +42,14 @@ def check(
 ) -> Checked:
     """Compare an answer with the one that the library computes.
 
-    Parameters
-    ----------
-    answer : number, list or array of numbers, or word; None while the exercise is open.
-    expected : function without arguments that computes the right answer.
-    tolerance : largest error that counts as right, as a share of the largest entry of
-        the right answer. Where another than the default matters, the page says so.
+    Parameters ---------- answer : number, list or array of numbers, or word; None if
+    not answered yet. expected : function without arguments that computes the right
+    answer. tolerance : largest error that counts as right, as a share of the largest
+    entry of
+        the right answer. The page states another value than the default.
         Words, and counts (whole numbers by type), are compared exactly.
-    hint : what to say about a wrong answer.
-    slips : explanation -> function that computes the answer this slip leads to. The
+    hint : text for a wrong answer. slips : explanation -> function that computes the
+    answer with this mistake. The
         explanation is given when the answer equals it.
     up_to_factor : a common factor of all numbers, also a negative one, does not count.
     """
@@ -88,7 +87,7 @@ def _same(answer: object, right: object, tolerance: float) -> bool:
 
 
 def _scaled(answer: object, other: object) -> object:
-    """The answer times the factor that brings it nearest to ``other``."""
+    """The answer, scaled to fit ``other`` best."""
     given, wanted = _numbers(answer), _numbers(other)
     if given.shape != wanted.shape or given.dtype.kind not in "iuf" or not given.any():
         return answer
@@ -96,7 +95,7 @@ def _scaled(answer: object, other: object) -> object:
 
 
 def _numbers(answer: object) -> np.ndarray:
-    """An answer as an array without axes of length 1: a column is as good as a row.
+    """An answer as an array without axes of length 1: a column equals a row.
 
     Fractions and other exact numbers become floats.
     """
@@ -114,7 +113,7 @@ def _word(text: str) -> str:
 
 
 def _difference(answer: object, right: object) -> str:
-    """What is wrong with the answer, without giving the right one away."""
+    """Describe the error of the answer, without the right answer."""
     if isinstance(right, str):
         return "That is not it."
     given, wanted = _numbers(answer), _numbers(right)

@@ -1,10 +1,10 @@
-"""A film on a page: frames side by side that a reader plays, stops and steps through.
+"""A video on a page: panels of frames that a reader plays, stops and steps through.
 
-With no frames per second it is a slider over them, without a button to play it. A frame
-is an image or a figure. A figure is kept as lines, whose light and dark change places
-on a dark page: one that contains images is a frame as `pictured`.
-The page loads nothing and works from the disk. Nothing moves before a reader opened it,
-and for one who asked the browser for less motion nothing before the button is pressed.
+With 0 frames per second it is a slider without a play button. A frame is an image or a
+figure. A figure is stored as vectors, whose light and dark colours are exchanged on a
+dark page; a figure that contains images must be rasterised by `pictured`. The page
+loads nothing and works from the disk. The video starts when it is opened, or, if the
+browser requests reduced motion, when the button is pressed.
 """
 
 from __future__ import annotations
@@ -22,18 +22,20 @@ from repro.page.templates import render
 from repro.run.outcomes import Film
 
 QUALITY = 58
-LARGEST_BYTES = 1_500_000
+MAX_BYTES = 1_500_000
 
 
 def film_page(film: Film, title: str) -> str:
-    """The page of a film; ``title`` says in words what it shows.
+    """Return the page of a video; ``title`` describes it in words.
 
-    The same film gives the same page. Raises ValueError for panels of different length
-    and for a page of more than LARGEST_BYTES.
+    The same video gives the same page. Raises ValueError for panels of different length
+    and for a page of more than MAX_BYTES.
     """
     counts = {len(film.labels), *(len(panel.pictures) for panel in film.panels)}
     if len(counts) != 1:
-        raise ValueError(f"film: found {sorted(counts)} frames and labels, not as many")
+        raise ValueError(
+            f"film: found {sorted(counts)} frames and labels; give equal numbers"
+        )
     panels = [
         {
             "title": panel.title,
@@ -51,16 +53,15 @@ def film_page(film: Film, title: str) -> str:
     shown = json.dumps(words).replace("<", "\\u003c")
     page = render("film", title=title, panels=panels, labels=film.labels, words=shown)
     size = len(page.encode())
-    if size > LARGEST_BYTES:
+    if size > MAX_BYTES:
         raise ValueError(
-            f"film of {size} bytes, {LARGEST_BYTES} at most; give it fewer or smaller "
-            "frames"
+            f"film: {size} bytes, {MAX_BYTES} at most; give fewer or smaller frames"
         )
     return page
 
 
 def pictured(drawn: Figure, dpi: int) -> np.ndarray:
-    """What a figure shows, (height, width, 3) uint8."""
+    """Return a figure as an image, (height, width, 3) uint8."""
     canvas = FigureCanvasAgg(drawn)
     drawn.set_dpi(dpi)
     canvas.draw()
@@ -68,7 +69,7 @@ def pictured(drawn: Figure, dpi: int) -> np.ndarray:
 
 
 def _address(frame: np.ndarray | Figure) -> str:
-    """A frame as an address that holds it."""
+    """A frame as a data URL."""
     buffer, kind = BytesIO(), "webp"
     if isinstance(frame, Figure):
         kind, undated = "svg+xml", dict.fromkeys(("Creator", "Date"))

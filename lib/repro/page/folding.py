@@ -1,8 +1,8 @@
-"""Which code of a page is folded: a page opens with its question and its figure.
+"""Fold preparatory code of a page: a page begins with its question and its figure.
 
-Settings, and what registers something for the workflow, stand on the page under a line
-to click on; imports stand in the notebook alone. Code that teaches stays open, a trial
-beside its experiment too.
+Settings and registrations for the workflow are folded on the page; imports are in the
+notebook only. Code that teaches remains visible, as does a trial next to its
+experiment.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ REGISTRATION = "registration of the experiments"
 
 
 def folded(cell: NotebookNode) -> list[NotebookNode]:
-    """A code cell of a page's file, what only prepares in it folded.
+    """Return a code cell of a page's file with its preparatory code folded.
 
-    A cell that registers something comes in parts, so that its other code stays open.
+    A cell with registrations is split, so that its other code remains visible.
     """
     hidden = set(cell.metadata.get("tags", [])) & set(FOLDED)
     if kind_of(cell.source) == REGISTRATION and not hidden:
@@ -36,11 +36,11 @@ def folded(cell: NotebookNode) -> list[NotebookNode]:
 
 
 def _parts(source: str) -> list[str]:
-    """The source in pieces that only prepare and pieces that do not, in turn."""
+    """The source in alternating pieces of preparatory and other code."""
     lines = source.splitlines()
     pieces, begin = [], 0
     for _, run in groupby(ast.parse(source).body, _prepares):
-        # What stands above a statement, comments and decorators, goes with it.
+        # Comments and decorators above a statement belong to it.
         end = max(statement.end_lineno for statement in run)
         pieces.append("\n".join(lines[begin:end]).strip("\n"))
         begin = end
@@ -48,7 +48,7 @@ def _parts(source: str) -> list[str]:
 
 
 def _fold(cell: NotebookNode) -> None:
-    """Fold a cell that only prepares, and label the fold."""
+    """Fold a preparatory cell, and label the fold."""
     what = kind_of(cell.source)
     if not what:
         return
@@ -61,7 +61,7 @@ def _fold(cell: NotebookNode) -> None:
 
 
 def kind_of(source: str) -> str:
-    """What a cell that only prepares holds; empty for any other."""
+    """Kind of a preparatory cell; empty for other cells."""
     try:
         body = ast.parse(source).body
     except SyntaxError:
@@ -74,7 +74,7 @@ def kind_of(source: str) -> str:
 
 
 def _prepares(statement: ast.stmt) -> bool:
-    """Whether a statement says nothing to a reader who does not run the page."""
+    """Whether a statement is irrelevant to a reader who does not run the page."""
     return any(of(statement) for of in (_imports, _registers, _is_setting))
 
 

@@ -1,9 +1,9 @@
-"""What stands below an artefact: its files in one line, and what to know about it.
+"""The block below an artefact: links to its files, and information about it.
 
-A page's cell leaves a mark (`repro.page.reader.show`), and the book-keeping puts the
-block in its place when the page has run: the thesis's section and the original's axes
-come from `data/published`, which no chapter reads. So do the printed numbers that stand
-beside the cells of a table.
+A cell of the page writes a placeholder (`repro.page.reader.show`), which is replaced by
+the block after the page has run: the thesis's section and the original's axes come from
+`data/published`, which no chapter reads. So do the printed numbers below the cells of a
+table.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ WORDS = {"px": "px", "deg": "degrees", "mm": "mm", "fov": "field of view"}
 
 @dataclass(frozen=True)
 class Behind:
-    """What stands behind an artefact; addresses lead from the page that names it."""
+    """Sources of an artefact; addresses are relative to its page."""
 
     command: str
     logs: Sequence[tuple[str, str]]
@@ -44,7 +44,8 @@ class Behind:
 
 
 class Furnisher:
-    """Fills the marks of one page; ``up`` leads from the page to the site's top."""
+    """Fill the placeholders of one page; ``up`` is the path from the page to the site's
+    top."""
 
     def __init__(self, root: Path, effort: str, page: str) -> None:
         self.root = root
@@ -59,12 +60,12 @@ class Furnisher:
 
     @cached_property
     def book(self) -> ledger.Ledger:
-        """What the thesis printed."""
+        """Return the ledger."""
         return ledger.load(self.root)
 
     @cached_property
     def made(self) -> list[Producer]:
-        """The producers of all chapters."""
+        """Return the producers of all chapters."""
         return producers(self.root)
 
     @cached_property
@@ -74,7 +75,7 @@ class Furnisher:
         return ledger.read_yaml(contents)["sections"]
 
     def fill(self, notebook: NotebookNode) -> None:
-        """Put blocks and printed numbers into what the cells have shown."""
+        """Insert blocks and printed numbers into the outputs of the cells."""
         for cell in notebook.cells:
             for output in cell.get("outputs", ()):
                 data = output.get("data", {})
@@ -88,14 +89,14 @@ class Furnisher:
 
     def _printed(self, found: re.Match) -> str:
         """A number of the thesis, in a cell of a table in Markdown."""
-        said = Markup(literal(self._said(found[1])))
-        return part("printed", said, f"{self.up}scoreboard.html#{found[1]}")
+        text = Markup(literal(self._text(found[1])))
+        return part("printed", text, f"{self.up}scoreboard.html#{found[1]}")
 
     def _printed_alone(self, found: re.Match) -> str:
-        """The same in HTML that may stand anywhere: it leads nowhere."""
-        return part("printed", self._said(found[1]), "")
+        """The same in HTML without a link."""
+        return part("printed", self._text(found[1]), "")
 
-    def _said(self, identifier: str) -> str:
+    def _text(self, identifier: str) -> str:
         value = self.book.printed([identifier])[identifier]
         return NOTHING if value is None else str(value)
 
@@ -139,7 +140,7 @@ class Furnisher:
         )
 
     def _command(self, name: str) -> str:
-        """The order that makes one artefact, as it is typed."""
+        """The command that makes one artefact."""
         words = ["make", name]
         own = name.partition("@")[2]
         recorded = (self.root / "data" / "recorded").glob("*/")

@@ -1,11 +1,11 @@
 """One colour and marker per method in the whole report.
 
-A method is looked up by the name that a reader sees in the legend, `look_of("CGSP")`.
-Names of the same method have the same look wherever they stand. With an adjustment or
-a refinement after it, colour and marker stay, and the marker is hollow.
-What is no method (levels of noise, readings, rigs) takes `repro.page.style.series`.
+A method is identified by its name in the legend, `look_of("CGSP")`. Names of the same
+method have the same look in all figures. With an adjustment or a refinement after it,
+the colour and the marker remain, and the marker is hollow. Other series (noise levels,
+readings, rigs) use `repro.page.style.series`.
 
-No two methods of the report share both colour and marker, and `check_looks` refuses a
+No two methods of the report share both colour and marker. `check_looks` rejects a
 figure whose legend names a method that is drawn in another look.
 """
 
@@ -24,7 +24,7 @@ WINE, OLIVE, TEAL, BROWN, INDIGO = "#882255", "#999933", "#44aa99", "#8c5a2b", "
 SOLID, DASHED, DASH_DOT, DOTTED = "-", "--", "-.", ":"
 LONG, MIXED, SPARSE = (0, (7, 2)), (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3))
 HOLLOW = {"markerfacecolor": "white", "linestyle": (0, (4, 1.5))}
-"""What a second curve of a method changes of its look: neither colour nor marker."""
+"""Changes of the look for a second curve of a method: neither colour nor marker."""
 
 # (colour, marker, line style) -> the names of the method.
 _CALIBRATIONS = {
@@ -114,24 +114,25 @@ LOOKS |= {name: LOOKS[of] | HOLLOW for name, of in _ADJUSTED.items()}
 
 
 class LookError(ValueError):
-    """A method without a look, or drawn in another one; the message says which."""
+    """A method without a look, or drawn in another look; the message names it."""
 
 
 def look_of(name: str, *, hollow: bool = False) -> dict:
-    """Colour, marker and line style of a method, as keyword arguments of ``plot``.
+    """Return colour, marker and line style of a method, as keyword arguments of
+    ``plot``.
 
-    hollow: the second curve of a method in one figure: with adjustment beside without.
+    hollow: for the second curve of a method in one figure, such as after adjustment.
     """
     if name not in LOOKS:
         raise LookError(
-            f"{name!r} is no method of repro.page.method_looks; give it a look there, "
-            "or take series() for what is no method"
+            f"{name!r}: not in repro.page.method_looks; add its look there, or use "
+            "series() for what is not a method"
         )
     return LOOKS[name] | (HOLLOW if hollow else {})
 
 
 def named_in(label: str) -> str | None:
-    """The method that a legend entry begins with, the longest of those that fit."""
+    """The method with which a legend entry begins, the longest match."""
     fitting = [
         name
         for name in LOOKS
@@ -141,14 +142,14 @@ def named_in(label: str) -> str | None:
 
 
 def check_looks(drawn: Figure, stem: str) -> None:
-    """Raise `LookError` where a legend entry names a method and has another look."""
+    """Raise `LookError` if a legend entry names a method and has another look."""
     for axes in drawn.axes:
         for label, colour, marker in _entries(axes):
             name = named_in(label)
             if name is None:
                 continue
             look = LOOKS[name]
-            # A line across the whole panel has a colour alone.
+            # A line across the whole panel has only a colour.
             plain = marker in ("None", "none", "", " ", None)
             same_marker = plain or marker == look["marker"]
             if same_marker and same_color(colour, look["color"]):

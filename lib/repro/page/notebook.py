@@ -2,9 +2,8 @@
 
 A page is a Python file in percent format, the `page.py` of its package. Cells tagged
 `active-ipynb` are comments in the file and code in the notebook; cells tagged
-`active-py` stay in the file alone. Cells run in an IPython shell of this very process:
-a kernel of its own would import everything again for each page, and a page only reads
-results.
+`active-py` are in the file only. Cells run in an IPython shell in this process, because
+a separate kernel would repeat all imports for each page.
 """
 
 from __future__ import annotations
@@ -25,17 +24,18 @@ from repro.page.folding import folded
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}
-# What such a cell calls says nothing to a reader of the page beside what it shows.
+# The code of such a cell tells a reader no more than its output.
 SHOWS = ("show(", "show_table(", "show_code(", "compared(")
 KERNEL = {"name": "python3", "display_name": "Python 3", "language": "python"}
 
 
 class PageError(Exception):
-    """A page that cannot be made; the message is one line: file, cell, what it was."""
+    """A page that cannot be made; the message is one line: file, cell, cause."""
 
 
 def read_page(path: Path) -> NotebookNode:
-    """Notebook of a page file: display cells active, `active-py` cells left out.
+    """Return the notebook of a page file: display cells active, `active-py` cells
+    omitted.
 
     Code that only prepares is folded (`repro.page.folding`).
     """
@@ -58,7 +58,7 @@ def read_page(path: Path) -> NotebookNode:
 
 
 def _prepared(cell: NotebookNode) -> list[NotebookNode]:
-    """A cell as it stands on the page: calls that show left out, code folded."""
+    """A cell as on the page: calls of display functions omitted, code folded."""
     if cell.cell_type != "code":
         return [cell]
     if cell.source.startswith(SHOWS):
@@ -120,7 +120,7 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _shell() -> Iterator:
-    """A fresh IPython shell with no history; the main module comes back afterwards."""
+    """A new IPython shell without history; the main module is restored afterwards."""
     from IPython.core.interactiveshell import InteractiveShell
     from traitlets.config import Config
 
@@ -138,11 +138,11 @@ def _shell() -> Iterator:
 
 
 def _run(shell, cell: NotebookNode, seconds: int) -> str:
-    """Run one cell and keep its outputs; return what went wrong, or nothing."""
+    """Run one cell and store its outputs; return the error, or nothing."""
     from IPython.utils.capture import capture_output
 
     with capture_output() as kept:
-        # The value of the last line goes where what is displayed goes.
+        # The value of the last line is an output like displayed objects.
         shell.display_trap.hook = sys.displayhook
         signal.signal(signal.SIGALRM, _too_long)
         signal.alarm(seconds)
@@ -168,7 +168,7 @@ def _run(shell, cell: NotebookNode, seconds: int) -> str:
 
 
 class _TooLong(Exception):
-    """A cell has run for longer than it may."""
+    """A cell exceeded the time limit."""
 
 
 def _too_long(number: int, frame: object) -> None:
@@ -183,14 +183,12 @@ def _line_of(text: str, path: Path) -> int:
 
 
 def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
-    """Keep in the notebook what is the same in every run, and put values into prose.
+    """Keep only reproducible outputs, and insert values into the prose.
 
-    Returns where each name was made: path, line, function, and results at hand.
-
-    Standard error goes to the log. A `{glue:text}` role in a markdown cell becomes the
-    value that a cell glued, so that the notebook reads as the page does. A cell that
-    only names values, or a display cell that shows nothing (it opens what others show),
-    is left out of the page.
+    Returns where each name was made: path, line, function, and available results.
+    Standard error goes to the log. A `{glue:text}` role in a markdown cell is replaced
+    by the value, so that the notebook reads like the page. A cell that only names
+    values, or a display cell without output, is omitted from the page.
     """
     notebook.metadata = NotebookNode(_metadata())
     glued: dict[str, object] = {}
@@ -246,8 +244,8 @@ def _pasted(
     name, form = match.group(1), match.group(2) or ""
     if name not in glued:
         raise PageError(
-            f"{path}: cell {number}: prose asks for the value {name!r}, which no cell "
-            f"gives; there are {', '.join(sorted(glued)) or 'none'}"
+            f"{path}: cell {number}: value {name!r} is not defined; known are "
+            f"{', '.join(sorted(glued)) or 'none'}"
         )
     try:
         return format(glued[name], form)

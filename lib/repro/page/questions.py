@@ -1,8 +1,8 @@
-"""The exercises of a page, found in its cells: question, check, right answer, reason.
+"""Exercises of a page, found in its cells: question, check, right answer, reason.
 
 The cell of an exercise is one line that begins with `check(None`. Its question is the
-paragraph above it, and its reason the docstring of the function that gives the answer:
-no page shows that.
+paragraph above it. Its reason is the docstring of the function that computes the
+answer, which no page shows.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Exercise(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What a line hands to `check`: what computes the answer, and the options."""
+    """Arguments of `check` in a line: the function of the answer, and the options."""
 
     expected: Callable
     options: Mapping[str, object]
@@ -45,8 +45,8 @@ def exercises_of(notebook: NotebookNode) -> list[Exercise]:
 def evaluated(line: str, notebook: NotebookNode, names: Mapping, **other) -> object:
     """The value of an exercise's line.
 
-    names: what the page's module defines. What display cells define is made first, of
-    that only what the line needs. other: takes the place of such names.
+    names: definitions of the page's module. Definitions of display cells are run first
+    if the line needs them. other: replaces such names.
     """
     known = {**names, **other}
     _define(ast.parse(line), _assignments(notebook), known)
@@ -54,7 +54,7 @@ def evaluated(line: str, notebook: NotebookNode, names: Mapping, **other) -> obj
 
 
 def task_of(exercise: Exercise, notebook: NotebookNode, names: Mapping) -> Task:
-    """What the exercise asks for; nothing is compared."""
+    """Return the arguments of the exercise's check, without a comparison."""
 
     def asked(answer, expected, *more, **options) -> Task:
         return Task(expected, options)
@@ -63,7 +63,7 @@ def task_of(exercise: Exercise, notebook: NotebookNode, names: Mapping) -> Task:
 
 
 def reason_of(exercise: Exercise, names: Mapping) -> str:
-    """Why the answer is what it is: the docstring of the function behind the line."""
+    """Return the reason of the answer: the docstring of the function of the line."""
     for part in ast.walk(_statement(exercise.line)):
         found = names.get(part.id) if isinstance(part, ast.Name) else None
         if isinstance(part, ast.Attribute) and isinstance(part.value, ast.Name):

@@ -1,9 +1,8 @@
-"""What the display cells of a page call: results, figures, tables, values, verdicts.
+"""Functions of display cells: results, figures, tables, values, verdicts.
 
-A page only reads. Every function here finds its files below `figures/<effort>`, where
-the effort is that of the build (`RAXEL_EFFORT`, `full` by default), starting from the
-current folder or the checkout around it. What a cell returns shows itself as MyST in
-the built page and as HTML in a notebook.
+A page only reads. Every function finds its files below `figures/<effort>` of the
+checkout, with the effort of the build (`RAXEL_EFFORT`, `full` by default). The return
+value of a cell is displayed as MyST in the built page and as HTML in a notebook.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ OPENED = {"3-D": "3-D scene", "film": "film", "slider": "slider"}
 
 
 class Missing(FileNotFoundError):
-    """A file that a page shows and nobody has made; the message names the command."""
+    """A file that a page shows and that is missing; the message names the command."""
 
 
 class Shown:
@@ -57,7 +56,7 @@ class Shown:
 
 
 def checkout() -> Path:
-    """The checkout: the current folder, or the nearest one above it with chapters."""
+    """Return the checkout: the current folder, or the nearest parent with chapters."""
     here = Path.cwd()
     for folder in (here, *here.parents):
         if (folder / "chapters").is_dir() and (folder / "data" / "published").is_dir():
@@ -66,17 +65,18 @@ def checkout() -> Path:
 
 
 def names_on_page(page: str) -> dict[str, object]:
-    """What the module of a page (`chapter/page`) defines, to run its display lines."""
+    """Return the definitions of a page's module (`chapter/page`), for its display
+    lines."""
     return dict(vars(importlib.import_module(page_module(page))))
 
 
 def base() -> Path:
-    """Folder of the figures and results of this effort."""
+    """Return the folder of the figures and results of this effort."""
     return checkout() / "figures" / os.environ.get("RAXEL_EFFORT", "full")
 
 
 def image_set() -> Path:
-    """Folder of the image set of this page (pages that stand once per set)."""
+    """Return the folder of the image set of this page (for pages with one per set)."""
     given = os.environ.get("RAXEL_SET", "")
     if not given:
         raise Missing("this page has no image set; RAXEL_SET names the folder of one")
@@ -84,7 +84,7 @@ def image_set() -> Path:
 
 
 def _identified(identifier: str, folder: Path) -> str:
-    """``identifier``, or its edition for this page's image set."""
+    """Return ``identifier``, or its version for this page's image set."""
     given = os.environ.get("RAXEL_SET", "")
     own = f"{identifier}@{name_of(Path(given))}" if given else identifier
     return own if (folder / f"{own}.json").is_file() else identifier
@@ -99,7 +99,8 @@ def _needed(path: Path, target: str) -> Path:
 
 
 def open_results(experiment: str) -> Result:
-    """The result of an experiment, with its trials (see `repro.run.results.Result`)."""
+    """Return the result of an experiment with its trials
+    (`repro.run.results.Result`)."""
     folder = base() / "results"
     name = _identified(experiment, folder)
     _opened.append(name)
@@ -107,7 +108,7 @@ def open_results(experiment: str) -> Result:
 
 
 def seconds(experiment: str) -> float:
-    """Seconds that an experiment took when it was run, added up over its jobs."""
+    """Return the processing time of an experiment, summed over its jobs, seconds."""
     folder = base() / "results"
     name = _identified(experiment, folder)
     record = _needed(folder / f"{name}.run.json", "report")
@@ -115,10 +116,10 @@ def seconds(experiment: str) -> float:
 
 
 def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
-    """The results that a figure or table was made from, just as its producer got them.
+    """Return the results of which a figure or table was made, as its producer got them.
 
-    Experiment -> Result; for one that every image set has, and an artefact that shows
-    all sets of the build, experiment -> set name -> Result.
+    Experiment -> Result; for an experiment per image set and an artefact of all sets,
+    experiment -> set name -> Result.
     """
     name = _identified(artefact, base())
     read = _described(name)["results"]
@@ -127,7 +128,7 @@ def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
 
 
 def show(artefact: str) -> Shown:
-    """A regenerated figure with its caption, its data, and its source."""
+    """Show a regenerated figure with its caption, its data, and its source."""
     name = _identified(artefact, base())
     about = _described(name)
     svg = _needed(base() / f"{name}.svg", artefact)
@@ -167,11 +168,11 @@ def show(artefact: str) -> Shown:
 
 
 def show_table(artefact: str, digits: int = 4) -> Shown:
-    """A regenerated table, numbers to ``digits`` digits; the CSV has all of them.
+    """Show a regenerated table with ``digits`` digits; the CSV has all of them.
 
-    Columns that the table calls texts are shown as they stand, the others as Markdown.
-    Beside a cell for which the table names a number of the thesis, its place is left:
-    the book-keeping puts it there (`repro.page.furniture`).
+    Columns in the table's texts are shown unchanged, the others as Markdown. A cell for
+    which the table names a printed number gets a placeholder, which
+    `repro.page.furniture` fills.
     """
     name = _identified(artefact, base())
     about = _described(name)
@@ -225,9 +226,9 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
 def _with_places(
     head: list[str], rows: list[list[str]], about: dict
 ) -> list[list[str]]:
-    """Rows of a table, with a place behind each cell for which the thesis has a number.
+    """Rows of a table, with a placeholder after each cell with a number of the thesis.
 
-    What stands in the cells is Markdown or HTML by now.
+    The cells contain Markdown or HTML by now.
     """
     printed = about.get("printed", {})
     none = [None] * len(rows)
@@ -242,7 +243,7 @@ def _with_places(
 
 
 def show_code(*functions: Callable) -> Shown:
-    """The source of functions of the library, as it is, with where it stands."""
+    """Show the source of functions of the library, with its position."""
     pieces = []
     for function in functions:
         lines, first = inspect.getsourcelines(inspect.unwrap(function))
@@ -257,7 +258,7 @@ def show_code(*functions: Callable) -> Shown:
 
 
 def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> str:
-    """A Markdown table; numeric columns are set to the right."""
+    """A Markdown table; numeric columns are aligned to the right."""
     rule = ["---:" if right else "---" for right in numeric]
     lines = [head, rule, *rows]
     return "\n".join(
@@ -267,20 +268,20 @@ def pipe_table(head: list[str], rows: list[list[str]], numeric: list[bool]) -> s
 
 
 def value(name: str, number: float | int | str) -> None:
-    """Name a value for the prose: a sentence takes it as {glue:text}`name:.2f`.
+    """Name a value for the prose, which quotes it as {glue:text}`name:.2f`.
 
-    After the name stands a format of Python's `format`, or nothing.
+    A format of Python's `format` may follow the name.
     """
     from IPython.display import display
 
     if hasattr(number, "item"):
         number = number.item()
     if not isinstance(number, int | float | str):
-        raise TypeError(f"value {name!r} is a {type(number).__name__}, not a number")
-    if isinstance(number, float) and not math.isfinite(number):
-        raise ValueError(
-            f"value {name!r} is {number}; a sentence needs a finite number"
+        raise TypeError(
+            f"value {name!r}: found a {type(number).__name__}; give a number"
         )
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ValueError(f"value {name!r}: found {number}; give a finite number")
     made = _maker()
     note = {"scrapbook": {"name": name, "value": number, "made": made}}
     display({"text/plain": f"{name} = {number}"}, raw=True, metadata=note)
@@ -289,9 +290,9 @@ def value(name: str, number: float | int | str) -> None:
 def _maker() -> dict:
     """Path, line and function of a chapter that call `value`, for `make where`.
 
-    ``results``: those that the calling functions have at hand; where they have none,
-    all that the page has opened so far. The path of a cell is empty, and its line is
-    text, which `repro.page.notebook.settle` finds on the page.
+    ``results``: those that the calling functions hold, or else all that the page has
+    opened so far. The path of a cell is empty, and its line is text, which
+    `repro.page.notebook.settle` finds on the page.
     """
     chapters = f"{checkout() / 'chapters'}{os.sep}"
     frame, made, results = sys._getframe(2), {}, []
@@ -325,9 +326,9 @@ def _results_in(objects: Iterable[object]) -> Iterator[str]:
 def values() -> None:
     """Name every regenerated number of this page for the prose.
 
-    A number of the ledger with id ``x`` gives ``x`` (bare), ``x.low`` and ``x.high``
-    where it has an interval, and ``x.text``, with unit and interval, rounded to what
-    the interval allows.
+    A number of the ledger with id ``x`` gives ``x`` (number only), ``x.low`` and
+    ``x.high`` if it has an interval, and ``x.text`` with unit and interval, rounded by
+    the interval.
     """
     judged = base() / "judged" / f"{page_id()}.json"
     content = json.loads(_needed(judged, "report").read_text("utf-8"))
@@ -343,7 +344,7 @@ def values() -> None:
 
 
 def compared(page: str | None = None) -> Shown:
-    """This page's rows of the scoreboard: published beside regenerated, and verdict."""
+    """Show this page's rows of the scoreboard: published, regenerated, verdict."""
     from repro.page.rows import comparison_table
 
     table = comparison_table(
@@ -353,15 +354,15 @@ def compared(page: str | None = None) -> Shown:
 
 
 def page_id() -> str:
-    """Id of the page being built (`RAXEL_PAGE`)."""
+    """Return the id of the page being built (`RAXEL_PAGE`)."""
     page = os.environ.get("RAXEL_PAGE", "")
     if not page:
-        raise Missing("which page is this? RAXEL_PAGE names it, as chapter/section")
+        raise Missing("RAXEL_PAGE: not set; give the id of the page, chapter/section")
     return page
 
 
 def mark(name: str) -> str:
-    """Where the page puts what is known about an artefact (`repro.page.furniture`)."""
+    """Placeholder for the information about an artefact (`repro.page.furniture`)."""
     return part("mark", name)
 
 
@@ -375,12 +376,13 @@ def _titled(artefact: str, caption: str) -> str:
 
 
 def _label_id(name: str) -> str:
-    """The label of an artefact, one in the whole site: a set's has the set's name."""
+    """The label of an artefact, unique in the site: that of a set has the set's
+    name."""
     return name.replace("@", "-of-")
 
 
 def _up() -> str:
-    """The way from a page of the site to its top."""
+    """The path from a page of the site to its top."""
     return "../" * os.environ.get("RAXEL_PAGE", "").count("/")
 
 
@@ -390,9 +392,9 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     if about.get("scene"):
         scene.append((f"{up}figures/{name}.html", OPENED[about["scene"]]))
     for result in result_ids(about["results"]):
-        said = result.removesuffix(name[name.find("@") :] if "@" in name else "")
-        said = said.replace("@", " of ")
-        behind.append((f"{up}results/{result}.json", f"every trial: {said}"))
+        words = result.removesuffix(name[name.find("@") :] if "@" in name else "")
+        words = words.replace("@", " of ")
+        behind.append((f"{up}results/{result}.json", f"every trial: {words}"))
     if "source" in about:
         path, function = about["source"]
         behind.append((f"{up}source/{path}.html#{function}", "source"))

@@ -14,7 +14,7 @@ from markupsafe import Markup, escape
 from repro.judge import ledger, scoreboard, verdict
 from repro.judge.firmness import ALL, NONE, SOME
 from repro.page.templates import environment
-from repro.page.wording import UNSPOKEN, label, rounded, significant
+from repro.page.wording import HIDDEN_UNITS, label, rounded, significant
 from repro.run import discover
 from repro.run.deciding import judged_with
 from repro.run.discover import PAGE_FILE
@@ -33,7 +33,7 @@ SIGNS = {
 
 
 def row_templates(*folders: Path) -> Environment:
-    """Templates that set rows: those of this room, and of ``folders``."""
+    """Return the templates for rows: those of this package, and of ``folders``."""
     templates = environment(*folders)
     templates.filters |= {"line": line, "breakable": breakable, "linked": linked}
     templates.globals |= {
@@ -57,23 +57,24 @@ def _own() -> Environment:
 
 
 def part(name: str, *values: object) -> str:
-    """One part of a row, by the name of its macro in `rows.html.jinja`."""
+    """Return one part of a row, by the name of its macro in `rows.html.jinja`."""
     macros = _own().get_template("rows.html.jinja").module
     return str(getattr(macros, name)(*values))
 
 
 def line(value: object) -> str:
-    """Text on one line: a blank line would end the HTML inside Markdown."""
+    """Return text on one line: a blank line would end the HTML inside Markdown."""
     return "" if value is None else " ".join(str(value).split())
 
 
 def breakable(identifier: str) -> Markup:
-    """An id that a narrow column may break behind its underscores."""
+    """Return an id that a narrow column may break after its underscores."""
     return escape(line(identifier)).replace("_", Markup("_<wbr>"))
 
 
 def words_of(rows: Iterable[Mapping]) -> dict[str, str]:
-    """Id -> what a sentence calls the row: Fig. 2.3, or its words as a quotation."""
+    """Return id -> name of the row in a sentence: Fig. 2.3, or its words as a
+    quotation."""
     return {
         row["id"]: label(row["id"]) or f"“{line(row['words']).rstrip('.')}”"
         for row in rows
@@ -81,7 +82,7 @@ def words_of(rows: Iterable[Mapping]) -> dict[str, str]:
 
 
 def linked(text: object, words: Mapping[str, str], up: str) -> Markup:
-    """Text on one line in which ids of rows became their words, linked to the row.
+    """Return text on one line with ids of rows replaced by their words, with links.
 
     ``up`` leads to the top of the site.
     """
@@ -94,11 +95,11 @@ def linked(text: object, words: Mapping[str, str], up: str) -> Markup:
 
 
 def agreement(row: Mapping) -> str:
-    """How firm a verdict is, in words; empty where there is nothing to say."""
+    """Firmness of a verdict in words; empty without a judgement."""
     if row["ratio"] is not None:
         return f"{significant(row['ratio'], 3)} × published"
-    said = (_readings_that_agree(row), "few seeds" if row["few_seeds"] else "")
-    return ", ".join(part for part in said if part)
+    text = (_readings_that_agree(row), "few seeds" if row["few_seeds"] else "")
+    return ", ".join(part for part in text if part)
 
 
 def _readings_that_agree(row: Mapping) -> str:
@@ -118,26 +119,30 @@ def _readings_that_agree(row: Mapping) -> str:
 
 
 def printed(row: Mapping) -> str | None:
-    """The number that the thesis printed, with its unit; None for no number."""
+    """Return the printed number with its unit; None without one."""
     if row["published"] is None or row["kind"] != "number":
         return None
     unit = row["unit"]
-    return f"{line(row['published'])} {'' if unit in UNSPOKEN else line(unit)}".strip()
+    return (
+        f"{line(row['published'])} {'' if unit in HIDDEN_UNITS else line(unit)}".strip()
+    )
 
 
 def computed(row: Mapping, unit: str) -> tuple[str | None, str]:
-    """What came out here with its unit, and its interval; None where nothing did."""
+    """Return the regenerated value with its unit, and its interval; None without
+    one."""
     if row["regenerated"] is None:
         return None, ""
-    said = line(rounded(row["regenerated"], row["interval"], unit))
-    if row["interval"] is None or not said.endswith(")"):
-        return said, ""
-    value, _, interval = said.rpartition(" (")
+    text = line(rounded(row["regenerated"], row["interval"], unit))
+    if row["interval"] is None or not text.endswith(")"):
+        return text, ""
+    value, _, interval = text.rpartition(" (")
     return value, interval
 
 
 def grouped(variants: Sequence[Mapping]) -> list[dict]:
-    """Readings by verdict; what all of a group share is said once, before them."""
+    """Group readings by verdict; common parts of a group are written once, before
+    them."""
     groups: dict[str, list[Mapping]] = {verdict: [] for verdict in SIGNS}
     for variant in variants:
         groups[variant["verdict"]].append(variant)
@@ -152,7 +157,7 @@ def _group(verdict: str, variants: Sequence[Mapping]) -> dict:
     first = [pair for pair in variants[0]["reading"].items() if pair in common]
     return {
         "verdict": verdict,
-        "shared": [said for said in (_pairs(first), line(reason)) if said],
+        "shared": [text for text in (_pairs(first), line(reason)) if text],
         "variants": [
             (
                 _pairs(pair for pair in v["reading"].items() if pair not in common),
@@ -171,8 +176,8 @@ def _pairs(reading: Iterable[tuple[str, str]]) -> str:
 def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]]:
     """Address, short name and description of a row's page, its data, its source.
 
-    The page is opened where the row stands on it; an artefact's figure is its own
-    anchor, and a section has only the comparison as a whole.
+    The page opens at the row; an artefact's figure is its own anchor, and a section has
+    only the comparison as a whole.
     """
     found = []
     if row["page"]:
@@ -191,10 +196,10 @@ def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]
 
 
 def comparison_table(page: str, effort: str, root: Path) -> str:
-    """The rows of one page as HTML: claims, numbers, artefacts judged there.
+    """Return the rows of one page as HTML: claims, numbers, artefacts judged there.
 
-    ``page`` is its id, ``root`` the checkout. Reads the judged files of
-    `judged_with`; what other pages produce plays no part, and may be missing.
+    ``page`` is its id, ``root`` the checkout. Reads the judged files of `judged_with`;
+    those of other pages are not needed.
     """
     folder = root / "figures" / effort / "judged"
     book = ledger.load(root)

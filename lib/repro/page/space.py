@@ -1,7 +1,7 @@
-"""Pictures in three dimensions: scenes of `raxel.show` in a figure, and on a page.
+"""3-D scenes of `raxel.show` in a figure, and on a page.
 
-Where pyvista or OpenGL is missing, the build goes on: the place of the picture says
-what is missing and the command that mends it.
+Without pyvista or OpenGL, the build continues: the figure names what is missing and the
+command that installs it.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ CSS_PX_PER_INCH = 96
 
 
 def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
-    """Fill ``axes`` with the picture of a scene, as large as they are.
+    """Fill ``axes`` with the rendered image of a scene.
 
-    They get their final place first: call it last, or set the place by hand.
+    The position of the axes is fixed first: call it last, or set the position manually.
     Without ``words``, no legend and no names are drawn: for small panels.
     """
     axes.set_axis_off()
@@ -46,13 +46,13 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
         shaded = image_array(scene, size)
     else:
         shaded = shaded_scene(scene, [PIXELS_PER_PX * side for side in size])
-    # Opaque by a channel of its own, which matplotlib would add each time it draws.
+    # With an alpha channel, which matplotlib would otherwise add at each drawing.
     shown = np.pad(shaded, ((0, 0), (0, 0), (0, 1)), constant_values=255)
     axes.imshow(shown, interpolation="none", aspect="equal")
 
 
 def scene_figure(scene: Scene, height_in: float) -> Figure:
-    """A figure of the report's width that the picture of a scene fills."""
+    """Return a figure of the report's width, filled with the image of a scene."""
     drawn, axes = new_figure(height_in=height_in)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
@@ -61,9 +61,9 @@ def scene_figure(scene: Scene, height_in: float) -> Figure:
 
 
 def scene_frames(scenes: Sequence[Scene], size: tuple[int, int]) -> list[np.ndarray]:
-    """Pictures of scenes, for a film: (height, width, 3) uint8 of ``size``, px.
+    """Return images of scenes, for a video: (height, width, 3) uint8 of ``size``, px.
 
-    Without OpenGL they are white; the page's own figure says what is missing.
+    Without OpenGL they are white; the page's figure states what is missing.
     """
     if rendering_missing():
         return [np.full((size[1], size[0], 3), 255, np.uint8) for _ in scenes]
@@ -74,9 +74,9 @@ def scene_frames(scenes: Sequence[Scene], size: tuple[int, int]) -> list[np.ndar
 
 
 def scene_page(scene: Scene, title: str) -> str:
-    """The page of a scene that turns; without OpenGL, a page that says what is missing.
+    """Return the interactive page of a scene; without OpenGL, a page with the reason.
 
-    ``title`` says in words what the scene shows.
+    ``title`` describes the scene in words.
     """
     missing = rendering_missing()
     if missing:

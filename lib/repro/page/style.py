@@ -1,10 +1,10 @@
 """One look for every figure of the report, and files with the same bytes every time.
 
 Figures are as wide as the text of a page. Text is drawn as outlines, so a figure looks
-the same on a machine without the font; the CSV beside it holds the numbers. Series
-differ by colour, marker and line style at once: they can be told apart in grey and by
-colour-blind readers. The background is opaque and light; on a dark page the site turns
-light and dark of a figure that is `only_lines`, and leaves pictures as they are.
+the same on a machine without the font. The CSV file contains the numbers. Series differ
+in colour, marker and line style: they can be distinguished in grey and by colour-blind
+readers. The background is opaque and light. On a dark page the site inverts a figure
+that is `only_lines`, and shows images unchanged.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ WIDTH_IN = 7.2
 PNG_DPI = 200
 
 MARGIN_IN = 0.1
-"""Of white around everything that is drawn, in inches."""
+"""White margin around the drawing, in inches."""
 
 INK = "#1b1f24"
 FAINT = "#d5d9de"
@@ -93,14 +93,14 @@ RC = {
 }
 
 PLACED = RC | {"figure.constrained_layout.use": False}
-"""For a figure whose axes have their places."""
+"""Layout of a figure whose axes have fixed positions."""
 
 _UNIT = re.compile(r"\([^()]+\)\s*$")
 _MISPLACED = re.compile(r"\b(px|mm|µm|deg|ms)\b|[%°]")
 
 
 class StyleError(ValueError):
-    """A figure that breaks a rule of the house; the message names figure and axis."""
+    """A figure that violates the style; the message names figure and axis."""
 
 
 def new_figure(
@@ -110,7 +110,7 @@ def new_figure(
     height_in: float | None = None,
     **subplots: object,
 ) -> tuple[Figure, Axes | np.ndarray]:
-    """A figure as wide as the page, with its axes, in the house style.
+    """Return a figure as wide as the page, with its axes, in the style of the report.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def new_figure(
     -------
     (figure, axes), axes as ``Figure.subplots`` gives them.
 
-    The style is set for the process, because labels added later must find it too.
+    The style is set for the process, because labels added later use it too.
     """
     matplotlib.rcParams.update(RC)
     drawn = Figure(figsize=(WIDTH_IN, 3.0 * rows if height_in is None else height_in))
@@ -130,7 +130,8 @@ def new_figure(
 
 
 def series(index: int) -> dict:
-    """Colour, marker and line style of a series, as keyword arguments of ``plot``."""
+    """Return colour, marker and line style of a series, as keyword arguments of
+    ``plot``."""
     return dict(SERIES[index % len(SERIES)])
 
 
@@ -152,7 +153,7 @@ def plot_interval(
     x, middle, low, high : (N,) arrays in the units of the axes; ``nan`` leaves a gap.
     look : colour, marker and line style: of `series`, or of a method
         (`repro.page.method_looks.look_of`).
-    label : legend entry; says what the interval is, once per figure.
+    label : legend entry; describes the interval once per figure.
     """
     if bars:
         lengths = np.array([middle - low, high - middle])
@@ -171,8 +172,8 @@ def plot_estimates(
 ) -> list[tuple]:
     """Draw estimates along x as one series, see `plot_interval`.
 
-    Returns its rows for the figure's data: ``series_of``, which says whose they are,
-    then x, value, ends of the interval.
+    Returns its rows for the figure's data: ``series_of``, the name of the series, then
+    x, value, ends of the interval.
     """
     rows = [(at, *estimate[:3]) for at, estimate in zip(x, found, strict=True)]
     plot_interval(axes, *np.array(rows, float).T, **drawn_as)
@@ -180,7 +181,7 @@ def plot_estimates(
 
 
 def legend_below(drawn: Figure, axes: Axes, ncols: int) -> None:
-    """One legend for all axes of a figure, that of ``axes``, below them."""
+    """Draw one legend for all axes of a figure, that of ``axes``, below them."""
     handles, labels = axes.get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncols=ncols)
 
@@ -229,11 +230,11 @@ def _label(drawn: Figure, axes: Axes, letter: str) -> str:
 
 
 def save_drawing(drawing: Drawing, stem: Path) -> None:
-    """Write ``stem.svg``, ``stem.png`` and ``stem.csv``, each whole or not at all.
+    """Write ``stem.svg``, ``stem.png`` and ``stem.csv``, each completely or not at all.
 
-    Raises `StyleError` if an axis lacks its unit, and `LookError` if a method does not
-    look as in all other figures. The bytes depend on the drawing and
-    the installed versions only: no date, no random ids.
+    Raises `StyleError` if an axis lacks its unit, and `LookError` if a method has
+    another look than in other figures. The bytes depend on the drawing and the
+    installed versions only: no date, no random ids.
     """
     check_axes(drawing.figure, stem.name)
     check_looks(drawing.figure, stem.name)
@@ -251,25 +252,24 @@ def save_drawing(drawing: Drawing, stem: Path) -> None:
 
 
 def only_lines(drawn: Figure) -> bool:
-    """Whether a figure has no photograph, rendering or other picture in it.
+    """Return whether a figure contains no image.
 
-    Light and dark of such a figure can change places for a dark page; a photograph
-    would become its negative.
+    Such a figure can be inverted for a dark page; an image would become a negative.
     """
     return not drawn.images and not any(axes.images for axes in drawn.axes)
 
 
 def draw_ahead() -> None:
-    """Draw words and a formula: fonts and grammar are then there for what follows."""
+    """Draw words and a formula, to load fonts and grammar in advance."""
     drawn, axes = new_figure()
     axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$")
     _rendered(drawn, _laid_out(drawn), "svg", {})
 
 
 def _laid_out(drawn: Figure) -> Bbox:
-    """Place the axes once, for both files; return the part to keep, in inches.
+    """Compute the layout once, for both files; return the bounding box, in inches.
 
-    Left to matplotlib, each file would have them placed again, and all drawn for it.
+    Otherwise matplotlib would repeat the layout and the drawing for each file.
     """
     with matplotlib.rc_context(RC):
         drawn.set_dpi(PNG_DPI)

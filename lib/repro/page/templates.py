@@ -1,4 +1,4 @@
-"""HTML from templates in files beside the code; every value in them is escaped."""
+"""HTML from template files next to the code; every value in them is escaped."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ FOLDER = Path(__file__).with_name("templates")
 
 
 def environment(*folders: Path) -> Environment:
-    """Templates of the given folders and of this room; an unknown name is an error."""
+    """Return the templates of the given folders and of this package; unknown names
+    raise."""
     return Environment(
         loader=FileSystemLoader([*folders, FOLDER]),
         undefined=StrictUndefined,
@@ -27,10 +28,10 @@ def _own() -> Environment:
 
 
 def render(name: str, **values: object) -> str:
-    """A template of this room, filled."""
+    """Return a filled template of this package."""
     return _own().get_template(f"{name}.html.jinja").render(**values)
 
 
 def part(name: str, *values: object) -> str:
-    """A piece of HTML for a shown figure or table, by the name of its macro."""
+    """Return a piece of HTML for a figure or table, by the name of its macro."""
     return str(getattr(_own().get_template("shown.html.jinja").module, name)(*values))

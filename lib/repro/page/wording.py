@@ -1,12 +1,12 @@
-"""Numbers and names as people read them: rounded, aligned, without markup."""
+"""Numbers and names for readers: rounded, aligned, without markup."""
 
 from __future__ import annotations
 
 import math
 import re
 
-# Units of pure numbers: they are in the records, and no reader needs them.
-UNSPOKEN = ("1", "count")
+# Units of pure numbers: in the records, but not shown to readers.
+HIDDEN_UNITS = ("1", "count")
 TINY = 1e-3  # numbers below it read better as 2e-14
 NEAR_ONE = 1e-12  # below this, rounding errors of the computation
 # Larger numbers are written with an exponent.
@@ -23,10 +23,10 @@ def rounded(
 ) -> str:
     """A number with unit and interval, to two digits of the interval's width.
 
-    A low end that is far smaller than the width keeps two digits of its own; an end
-    that is infinite is told as "no bound".
+    A low end far smaller than the width keeps two digits; an infinite end is written as
+    "no bound".
     """
-    unit = "" if unit in UNSPOKEN else unit
+    unit = "" if unit in HIDDEN_UNITS else unit
     if isinstance(number, str):
         return f"{number} {unit}".strip()
     if not interval or None in interval:
@@ -53,16 +53,15 @@ def rounded(
 
 
 def _bounded(number: float) -> str:
-    """A number to three digits, or that there is no bound: trials that failed count as
-    the worst."""
+    """A number to three digits, or "no bound": failed trials count as the worst."""
     return "no bound" if math.isinf(number) else significant(number, 3)
 
 
 def significant(number: float, digits: int) -> str:
-    """A number to so many digits, and to more where these would make it 1.
+    """Return a number with these digits, and with more if it would become 1.
 
-    An R2 of 0.999998 is not 1: what it lacks to 1 is what it says. Thousands keep all
-    digits before the point.
+    An R2 of 0.999998 is not 1: the difference from 1 is the information. Thousands keep
+    all digits before the point.
     """
     text = f"{number:.{digits}g}"
     if "e+" in text and abs(number) < PLAIN_BELOW:
@@ -75,35 +74,35 @@ def significant(number: float, digits: int) -> str:
 
 
 def label(artefact: str) -> str:
-    """Name of an artefact of the thesis for people: Fig. 2.3; empty if it has none."""
+    """Return the name of an artefact of the thesis: Fig. 2.3; empty if it has none."""
     kind, _, number = artefact.partition("_")
     if kind not in NAMES or not re.fullmatch(r"[0-9a-z]+(_[0-9]+)*", number):
         return ""
-    said = number.upper() if kind == "app" else number.replace("_", ".")
-    return f"{NAMES[kind]} {said}"
+    words = number.upper() if kind == "app" else number.replace("_", ".")
+    return f"{NAMES[kind]} {words}"
 
 
 def literal(text: str) -> str:
-    """Text that anybody wrote as MyST that shows it and means nothing else, one line.
+    """Return a user's text as one line of MyST that displays exactly this text.
 
-    Names of photographs and sets, and reasons that quote them, may hold whatever a
-    file's name can: HTML, roles, links, formulae, bars of a table.
+    Names of images and sets, and reasons that quote them, may contain anything that a
+    file name can: HTML, roles, links, formulae, bars of a table.
     """
     line = "".join(c if c.isprintable() else " " for c in text)
     line = re.sub(r"[\\`*_\[\]<>$#|{}~^&!]", r"\\\g<0>", " ".join(line.split()))
-    # What begins a line may begin a list, a fence, an option of a directive.
+    # The begin of a line may be that of a list, a fence, an option of a directive.
     return re.sub(r"^(\d*)([%+\-=:.)(@'\"])", r"\1\\\2", line)
 
 
 def unescaped(text: str) -> str:
-    """Markdown without its backslashes, but for those of a formula."""
+    """Return Markdown without its backslashes, except those of a formula."""
     found = re.compile(rf"{ESCAPED}|\$[^$]*\$")
     return found.sub(lambda m: m[1] or m[0], text)
 
 
 def plain(text: str) -> str:
-    """A caption without markup, on one line."""
-    # What is escaped is no markup: it is out of the way meanwhile.
+    """Return a caption without markup, on one line."""
+    # Escaped characters are not markup: they are replaced meanwhile.
     text = re.sub(ESCAPED, lambda m: chr(ASIDE + ord(m[1])), text)
     text = re.sub(r"\\(?:mathrm|text|mathbf)\{([^}]*)\}", r"\1", text)
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
@@ -116,7 +115,7 @@ def _back(found: re.Match) -> str:
 
 
 def number_in(text: str) -> float | None:
-    """The number that a cell of a table holds; None for words."""
+    """Return the number in a cell of a table; None for words."""
     try:
         return float(text)
     except ValueError:
@@ -124,9 +123,9 @@ def number_in(text: str) -> float | None:
 
 
 def alike(cells: list[str], digits: int) -> list[str]:
-    """Cells of a column; numbers of similar size with the same digits behind the point.
+    """Return the cells of a column; numbers of similar size have equal decimal places.
 
-    The largest gets ``digits`` digits. Where sizes differ by 100 or more, each does.
+    The largest has ``digits`` digits. If sizes differ by 100 or more, each has.
     """
     numbers = [number_in(cell) for cell in cells if not re.fullmatch(r"[+-]?\d+", cell)]
     sizes = [abs(x) for x in numbers if x and math.isfinite(x)]

@@ -1,14 +1,14 @@
-"""Experiments, what they leave, and the workflow that runs them.
+"""Experiments, their results, and the jobs that run them.
 
-Chapters import from here all that computes and judges: the marks of producers, what
-producers return, and the statistics of claims.
+Chapters import from here what they need to compute and judge: the decorators of
+producers, their return types, and the statistics of claims.
 """
 
 from repro.judge.seeds import SHARE_OF_SEEDS, decision_of_seeds, few_seeds
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
-    LEAST_RATIO,
+    MIN_RATIO,
     OVER_TRIALS,
     RESAMPLES,
     SIGNIFICANCE,
@@ -65,7 +65,7 @@ __all__ = [
     "DECISIONS",
     "FAILS",
     "HOLDS",
-    "LEAST_RATIO",
+    "MIN_RATIO",
     "NOT_COMPARABLE",
     "OVER_TRIALS",
     "RESAMPLES",

@@ -1,4 +1,4 @@
-"""Rows of cells as columns: the form in which figures and tables keep their data."""
+"""Rows of cells as columns: the form in which figures and tables store their data."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ENDS = ("low", "high")
 
 
 def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
-    """Column name -> its cells, one from each row; a row has a cell for every name."""
+    """Return column name -> its cells; each row has a cell for every name."""
     found: dict[str, list] = {name: [] for name in names}
     for row in rows:
         for name, cell in zip(found, row, strict=True):
@@ -22,18 +22,18 @@ def columns(names: Iterable[str], rows: Iterable[Sequence]) -> dict[str, list]:
 
 
 def in_columns(rows: Iterable[Mapping]) -> dict[str, list]:
-    """Column name -> its cells, from rows that name their cells alike."""
+    """Return column name -> its cells, from rows with the same names."""
     first, *others = rows
     return {name: [row[name] for row in (first, *others)] for name in first}
 
 
 def cell(number: float) -> float | None:
-    """A number as a cell of a table; None, for an empty one, where it is not finite."""
+    """Return a number as a cell of a table; None (empty) if it is not finite."""
     return float(number) if isfinite(number) else None
 
 
 def measured(columns: Mapping[str, Sequence]) -> list[str]:
-    """Names of the columns that hold a number with its interval."""
+    """Return the names of the columns that contain numbers with intervals."""
     return [
         name
         for name, cells in columns.items()
@@ -42,12 +42,13 @@ def measured(columns: Mapping[str, Sequence]) -> list[str]:
 
 
 def ends_of(name: str) -> list[str]:
-    """Names of the columns of the CSV in which the interval of a column stands."""
+    """Return the names of the CSV columns with the interval of a column."""
     return [f"{name}, {end}" for end in ENDS]
 
 
 def in_numbers(columns: Mapping[str, Sequence]) -> dict[str, Sequence]:
-    """The columns with every `Measured` as three: value, and ends of the interval."""
+    """Return the columns with each `Measured` as three: value and ends of the
+    interval."""
     found: dict[str, Sequence] = {}
     with_interval = measured(columns)
     for name, cells in columns.items():

@@ -1,6 +1,6 @@
-"""What the syntax of a module binds, names and says, without what changes no result.
+"""Names and statements of a module, without the syntax that changes no result.
 
-Docstrings, annotations and the marks of producers are left out; comments are no syntax.
+Docstrings, annotations and the decorators of producers are excluded; so are comments.
 """
 
 from __future__ import annotations
@@ -9,19 +9,19 @@ import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
 PROJECT = ("chapters", "raxel", "repro")
-# Marks say how a producer is split and judged; they do not change what it computes.
+# These decorators state how a producer is split and judged, not what it computes.
 KINDS = ("experiment", "figure", "table", "claim", "numbers")
 FAMILIES = {"experiments": "experiment", "figures": "figure"}
 MARKS = (*KINDS, *FAMILIES)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 SCOPES = (*FUNCTIONS, ast.ClassDef, ast.Lambda, *COMPREHENSIONS)
-# Where a name is used, a type in a comment, the `u` of a string: nothing that matters.
+# Context of a name, type comments, the `u` of a string: no effect on results.
 UNWRITTEN = {"ctx", "type_comment", "kind"}
 OWN = "§"
 
 Chain = tuple[str, tuple[str, ...]]
-"""``a.b.c`` as its root and the attributes read from it."""
+"""``a.b.c`` as root and attributes."""
 Target = tuple[str, str | None]
 """Module and attribute that a name is imported from; no attribute: the module."""
 
@@ -54,7 +54,7 @@ def _is_mark(decorator: ast.expr) -> bool:
 
 
 def below(node: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
-    """Each node at or below this one, and whether it lies in a scope of its own."""
+    """Yield each node at or below this one, and whether it is in an inner scope."""
     todo = [(node, False)]
     while todo:
         one, inside = todo.pop()
@@ -64,7 +64,8 @@ def below(node: ast.AST) -> Iterator[tuple[ast.AST, bool]]:
 
 
 def bound_by(node: ast.AST) -> list[str]:
-    """Names that a node itself binds: not those of imports, nor keywords of calls."""
+    """Return the names that a node itself binds, without imports and keywords of
+    calls."""
     if isinstance(node, ast.Name):
         return [] if isinstance(node.ctx, ast.Load) else [node.id]
     if isinstance(node, ast.Global | ast.Nonlocal):
@@ -76,7 +77,8 @@ def bound_by(node: ast.AST) -> list[str]:
 
 
 def filled_by(node: ast.AST) -> list[str]:
-    """The name whose entry or attribute a node sets: ``TABLE`` of ``TABLE[1] = 2``."""
+    """Return the name whose entry or attribute a node sets: ``TABLE`` of ``TABLE[1] =
+    2``."""
     if not isinstance(node, ast.Attribute | ast.Subscript):
         return []
     base: ast.expr = node
@@ -106,7 +108,7 @@ def import_aliases(
 
 
 def chain(node: object) -> Chain | None:
-    """The chain that a node is; None for any other."""
+    """Return the chain of a node; None for any other node."""
     attributes: list[str] = []
     while isinstance(node, ast.Attribute):
         attributes.insert(0, node.attr)
@@ -115,7 +117,7 @@ def chain(node: object) -> Chain | None:
 
 
 def chains(nodes: Iterable[ast.AST]) -> Iterator[Chain]:
-    """Every name used at or below the nodes, with the attributes read from it."""
+    """Yield every name used at or below the nodes, with its attributes."""
     todo = list(nodes)
     while todo:
         one = todo.pop()
@@ -127,11 +129,11 @@ def chains(nodes: Iterable[ast.AST]) -> Iterator[Chain]:
 
 
 class Writer:
-    """Writes a definition's statements the same, whatever it and its like are called.
+    """Write the statements of a definition independently of the names of definitions.
 
-    Its ``own`` name becomes a sign, and a chain whose root can only be what ``leads``
-    says a number: that of its module and path in ``numbers``. Imports of the project
-    are left out but for those of a name in ``kept``, which stands as it is.
+    Its ``own`` name is replaced by a sign. A chain whose root is in ``leads`` is
+    replaced by the number of its module and path in ``numbers``. Imports of the project
+    are omitted, except of names in ``kept``, which do not change.
     """
 
     def __init__(
@@ -148,7 +150,8 @@ class Writer:
         self.numbers: dict[tuple[str, tuple[str, ...]], int] = {}
 
     def statement(self, node: ast.stmt) -> str:
-        """A statement of the module. A class keeps its name, for values show it."""
+        """Return a statement of the module. A class keeps its name, because values show
+        it."""
         ours = isinstance(node, FUNCTIONS) and self._is_own(node.name)
         return self._node(node, {"name", *UNWRITTEN} if ours else UNWRITTEN)
 
@@ -180,7 +183,7 @@ class Writer:
         return name == self.own and name not in self.kept
 
     def _settled(self, node: ast.Import | ast.ImportFrom) -> bool:
-        """Whether what is named later says all that an import does."""
+        """Whether the names used later cover everything that an import does."""
         aliases = self.imported(node)
         homes = {module.split(".")[0] for module, _ in aliases.values()}
         return homes <= set(PROJECT) and not aliases.keys() & set(self.kept)

@@ -1,4 +1,4 @@
-"""Circles of a graph: what is reached from each other, after all that it reaches."""
+"""Cycles of a graph: nodes that reach each other, after all that they reach."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ Node = TypeVar("Node", bound=Hashable)
 
 
 def circles(start: Node, targets: Callable[[Node], Iterable[Node]]) -> Iterator[set]:
-    """Strongly connected components that ``start`` reaches, the last to be met first.
+    """Return the strongly connected components reachable from ``start``, in reverse
+    order.
 
-    Tarjan's algorithm, without recursion: code may reach through any number of calls.
+    Tarjan's algorithm without recursion, because call chains have any length.
     """
     met: dict[Node, int] = {start: 0}
     lowest = {start: 0}

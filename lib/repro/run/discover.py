@@ -14,7 +14,7 @@ from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
 
-"""The kind of a mirror set, beside the kinds of targets of image sets."""
+"""The kind of a mirror set, in addition to the kinds of targets of image sets."""
 PAGE_FILE = "page.py"
 
 
@@ -32,7 +32,7 @@ class Producer:
 
     @property
     def path(self) -> str:
-        """File that holds the function, below chapters/."""
+        """File of the function, below chapters/."""
         return "/".join(self.module.split(".")[1:]) + ".py"
 
     @property
@@ -48,21 +48,23 @@ class Producer:
         return tuple(dict.fromkeys([*self.details.get("inputs", ()), *rigs]))
 
     def shards(self, effort: str) -> int:
-        """Into how many jobs an experiment of this size is split."""
+        """Return the number of jobs of an experiment of this size."""
         return (self.details.get("shards") or {}).get(effort, 1)
 
     def rendered(self, effort: str) -> tuple[str, ...]:
-        """Rendered sets, ``RIG/SEED``, that an experiment of this size opens."""
+        """Return the rendered sets, ``RIG/SEED``, that an experiment of this size
+        opens."""
         return tuple(self.details.get("rendered", {}).get(effort, ()))
 
     def takes(self, kind: str) -> bool:
-        """Whether one of ``per_set`` stands for a set whose target is of this kind."""
+        """Return whether a ``per_set`` producer exists for sets with this kind of
+        target."""
         per_set = self.details.get("per_set")
         return per_set is True or kind in (per_set or ())
 
     @property
     def published(self) -> tuple[str, ...]:
-        """Printed numbers that a figure or table shows beside the results."""
+        """Printed numbers that a figure or table shows next to the results."""
         return tuple(self.details.get("published", ()))
 
 
@@ -73,7 +75,7 @@ def page_files(root: Path) -> list[Path]:
 
 
 def page_id(root: Path, path: Path) -> str:
-    """Page id of a chapter file: chapter and page, the folders it lies in."""
+    """Return the page id of a chapter file: the folders of chapter and page."""
     return "/".join(path.relative_to(root / "chapters").parts[:2])
 
 
@@ -83,14 +85,15 @@ def page_module(page: str) -> str:
 
 
 def producers(root: Path) -> list[Producer]:
-    """Every marked function of every chapter file; ids are unique within a kind."""
+    """Return every marked function of every chapter file; ids are unique within a
+    kind."""
     paths = sorted((root / "chapters").glob("*/*/**/*.py"))
     return list(_producers(root, tuple((p, p.stat().st_mtime_ns) for p in paths)))
 
 
 @cache
 def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer]:
-    """Producers of files with these times of change: read again when one changed."""
+    """Producers of files with these modification times."""
     found: dict[tuple[str, str], Producer] = {}
     sources = Sources(root)
 
@@ -107,7 +110,7 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
                 other = found[key]
                 raise ValueError(
                     f"{path}:{producer.line}: {producer.kind} {producer.id} is made by "
-                    f"{other.module}:{other.line} already; keep one of the two"
+                    f"{other.module}:{other.line} too; keep one of the two"
                 )
             found[key] = producer
     kept.keep()
@@ -115,17 +118,17 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
 
 
 def per_set_experiments(made: Iterable[Producer]) -> set[str]:
-    """Ids of the experiments that stand once for every image set."""
+    """Return the ids of the experiments that run once per image set."""
     return {p.id for p in made if p.kind == "experiment" and p.details.get("per_set")}
 
 
 def results_read(
     needs: Iterable[str], per_set: set[str], own: str, sets: Iterable[str]
 ) -> dict[str, str | dict[str, str]]:
-    """Which results a producer reads: need -> result id, or set name -> result id.
+    """Return the results a producer reads: need -> result id, or set name -> result id.
 
-    An experiment of ``per_set`` has a result per image set. A producer that stands once
-    for every set reads that of its ``own``; any other one reads all of ``sets``.
+    An experiment of ``per_set`` has one result per image set. A producer of each set
+    reads the result of its ``own`` set; any other producer reads all of ``sets``.
     """
     found: dict[str, str | dict[str, str]] = {}
     for need in needs:
@@ -139,7 +142,7 @@ def results_read(
 
 
 def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
-    """The result ids of `results_read`, one after the other."""
+    """Return the result ids of `results_read` as a list."""
     return [
         identifier
         for one in read.values()
@@ -168,16 +171,16 @@ def marked_in(sources: Sources, path: Path) -> list[Producer]:
             for identifier in first:
                 own = details | {"family": True}
                 if isinstance(first, dict):
-                    told = "artefact" if kind == "experiments" else "needs"
-                    own[told] = first[identifier]
+                    field = "artefact" if kind == "experiments" else "needs"
+                    own[field] = first[identifier]
                 made.append(Producer(FAMILIES[kind], identifier, *place, own))
     return made
 
 
 def _literal(sources: Sources, path: Path, node: ast.expr) -> object:
-    """Value of a decorator's argument: a literal, or the name of one in a module.
+    """Value of a decorator's argument: a literal, or a module's name of one.
 
-    A tuple comes as a list, as it does from where marks are kept.
+    A tuple becomes a list, as in the stored index.
     """
     value = node
     name = dotted(node)
@@ -188,9 +191,8 @@ def _literal(sources: Sources, path: Path, node: ast.expr) -> object:
         return _listed(ast.literal_eval(value))
     except ValueError:
         raise ValueError(
-            f"{path}:{node.lineno}: arguments of a producer's decorator are literals, "
-            f"found {ast.unparse(node)}; write the value itself, or name a literal "
-            "that stands at the top of a module"
+            f"{path}:{node.lineno}: {ast.unparse(node)} is not a literal; write the "
+            "value, or the name of a literal at the top of a module"
         ) from None
 
 

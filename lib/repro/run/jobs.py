@@ -1,7 +1,7 @@
-"""The jobs of an experiment: run it whole, or run its shards and gather them.
+"""The jobs of an experiment: run it in one job, or run its shards and gather them.
 
-Each is `python -m repro JOB ...`, one process, started by Snakemake with BLAS threads
-pinned to one. A job imports the one chapter it works for.
+Each job is one process, `python -m repro JOB ...`, which Snakemake starts with one BLAS
+thread. A job imports only its chapter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CODE = (("repro.run.marks", "run_trials"), ("repro.run.results", "gather"))
 
 
 def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
-    """The one producer of that kind and id (``id@set`` for one that stands per set)."""
+    """Return the producer of that kind and id (``id@set`` for one per image set)."""
     for found in discover.producers(root):
         if (found.kind, found.id) == (kind, identifier.partition("@")[0]):
             return found
@@ -39,7 +39,7 @@ def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
 
 
 def function_of(found: discover.Producer):
-    """Import the chapter and return the marked function; a family's knows its id."""
+    """Import the chapter and return the marked function, for a family with its id."""
     function = getattr(importlib.import_module(found.module), found.function)
     if not found.details.get("family"):
         return function
@@ -52,10 +52,10 @@ def function_of(found: discover.Producer):
 
 @dataclass(frozen=True)
 class Order:
-    """Which experiment to run: name, size, what-if trials, image set if any.
+    """The experiment to run: name, size, what-if trials, image set if any.
 
-    ``results`` is the folder of the results that other experiments have left, and
-    ``sets`` are the image sets of the build, for an experiment that reads every set's.
+    ``results`` is the folder with the results of other experiments, and ``sets`` are
+    the image sets of the build, for an experiment that reads those of all sets.
     """
 
     name: str
@@ -66,14 +66,16 @@ class Order:
     sets: Sequence[str] = ()
 
     def inputs(self, root: Path) -> dict[str, str]:
-        """`input_hashes` of the experiment, and of the manifests of rendered sets."""
+        """Return `input_hashes` of the experiment and of the manifests of rendered
+        sets."""
         found = producer(root, "experiment", self.name)
         names = found.rendered(self.effort)
         sets = {name: _hash_now(root / manifest(name)) for name in names}
         return input_hashes(root, found, self.set_folder) | sets
 
     def plan(self, root: Path, found: discover.Producer) -> Plan:
-        """The experiment's plan, with the what-if number of trials if one is given."""
+        """Return the experiment's plan, with the what-if number of trials if one is
+        given."""
         more = [] if self.set_folder is None else [self.set_folder]
         if found.needs:
             read = results_of(root, found, self.name, self.sets)
@@ -85,7 +87,7 @@ class Order:
 
 
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
-    """Run one shard of an experiment into ``out`` (JSON, with an .npz beside it)."""
+    """Run one shard of an experiment into ``out`` (JSON, with an .npz next to it)."""
     with _planned(root, order) as (found, plan):
         records, arrays, seconds = _trials(found, order, plan, shard, of)
     results.write_arrays(out.with_suffix(".npz"), arrays)
@@ -155,7 +157,7 @@ def _leave(
     seconds: Sequence[float],
     out: Path,
 ) -> None:
-    """Write the result file, and beside it what differs from run to run."""
+    """Write the result file, and a record of what differs between runs."""
     identity = {
         "experiment": order.name,
         "artefact": found.details["artefact"],
@@ -182,7 +184,7 @@ def _leave(
 def input_hashes(
     root: Path, found: discover.Producer, set_folder: str | None
 ) -> dict[str, str]:
-    """Name -> SHA-256 of what an experiment declares as input, and of its set's files.
+    """Return name -> SHA-256 of the declared inputs, and of the files of the image set.
 
     A file of a set is named as set.yaml names it, in its folder.
     """
@@ -198,13 +200,14 @@ def _hash_now(path: Path) -> str:
 
 @cache
 def _hash(path: Path, changed: int) -> str:
-    """SHA-256 of a file with this time of change; one that stays is read once."""
+    """SHA-256 of a file with this modification time; an unchanged one is read once."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def results_of(
     root: Path, found: discover.Producer, name: str, sets: Sequence[str]
 ) -> dict[str, str | dict[str, str]]:
-    """Result ids that the producer called ``name`` reads: `discover.results_read`."""
+    """Return the result ids that the producer ``name`` reads:
+    `discover.results_read`."""
     per_set = discover.per_set_experiments(discover.producers(root))
     return discover.results_read(found.needs, per_set, name.partition("@")[2], sets)

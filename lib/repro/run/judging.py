@@ -24,9 +24,9 @@ def judge(
 ) -> None:
     """Run every claim test of a page, and collect its numbers and artefacts.
 
-    ``stem`` is the id of the chapter file; it differs from the page's where the file
+    ``stem`` is the id of the chapter file; it differs from that of the page if the file
     makes one page per image set. ``sets`` are the image sets of the build. ``readings``
-    is "open", or "all" for the questions that are settled too.
+    is "open", or "all" to include settled questions.
     """
     mine = [p for p in discover.producers(root) if p.page == stem]
     claims, numbers, artefacts = {}, {}, {}
@@ -81,7 +81,7 @@ def in_every_reading(
     questions: Sequence[str],
     claim: str | None = None,
 ) -> list[Reading]:
-    """Readings of a claim whose test is called once for each, the primary one first.
+    """Return the readings of a claim, one call of its test each, the primary one first.
 
     known: the ledger's questions (`repro.judge.readings.open_questions`). claim: leave
     out what is settled for it.

@@ -1,4 +1,4 @@
-"""What was read from files of the checkout, kept from one build to the next."""
+"""A cache of what was read from files of the checkout, for later builds."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from raxel.io.files import write_json
 
 
 class Kept:
-    """What each file says, as JSON, for as long as all that was read for it stays.
+    """The content read from each file, as JSON, while all files read for it are
+    unchanged.
 
-    It lies in `.cache/NAME.json` of the checkout at ``root``, and goes when one of the
-    files ``by`` changes, which hold the code that reads.
+    It is stored in `.cache/NAME.json` of the checkout at ``root``, and is discarded
+    when one of the files ``by``, the code that reads, changes.
     """
 
     def __init__(self, root: Path, name: str, by: Sequence[str]) -> None:
@@ -30,7 +31,8 @@ class Kept:
     def of(
         self, path: Path, read: Callable[[Path], tuple[object, Iterable[Path]]]
     ) -> object:
-        """What ``path`` says; ``read`` tells it, and the files that it looked into."""
+        """Return the content of ``path``; ``read`` returns it with the files that it
+        opened."""
         name = self._name(path)
         entry = self._before.get(name)
         if entry is None or any(self._hash(n) != h for n, h in entry["from"].items()):
@@ -41,7 +43,7 @@ class Kept:
         return entry["says"]
 
     def keep(self) -> None:
-        """Write down what was asked for, and nothing else."""
+        """Write the entries that were used, and no others."""
         if self._now != self._before:
             self._place.parent.mkdir(parents=True, exist_ok=True)
             write_json(self._place, {"by": self._by, "files": self._now})
@@ -57,7 +59,7 @@ class Kept:
         return path.relative_to(self.root).as_posix()
 
     def _hash(self, name: str) -> str:
-        """Hash of a file's content; of nothing, if it is gone."""
+        """Hash of a file's content; of nothing, if it is missing."""
         if name not in self._hashes:
             path = self.root / name
             content = path.read_bytes() if path.is_file() else b""

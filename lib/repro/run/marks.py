@@ -1,8 +1,9 @@
 """Experiments, and the producers that read their results.
 
 A chapter marks its functions with the decorators of this module. The arguments are
-literals: the workflow finds producers by parsing the chapter (`repro.run.discover`), so
-that looking at the plan of work never imports a chapter.
+literals, or names of literals at the top of a module: the workflow finds producers by
+parsing the chapter (`repro.run.discover`) and never imports a chapter for the plan.
+Arguments do not change the key of a result.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from repro.run.outcomes import Plan
 
 ROOT_SEED = 2009
 Producer = TypeVar("Producer", bound=Callable)
-# Of no image set, of every one, or of those with a target of one of these kinds.
+# For no image set, for all, or for those with a target of one of these kinds.
 PerSet = bool | Sequence[str]
 
 
@@ -46,15 +47,17 @@ def experiment(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment.
 
-    ``shards`` says into how many jobs a size is split, one unless it is named. With
-    ``per_set`` (here and below) the producer stands once for every image set of the
-    report, or for those whose target is of one of the kinds that it names, the same for
-    all producers of a page; an experiment is called as ``function(effort, folder)``.
-    With ``needs`` it reads other experiments, as ``function(effort, results)``: for
-    trials that redraw a measuring error from the one found in rendered images.
-    ``rendered`` declares the image sets that it opens by
-    `repro.run.rendered.rendered_set`, as {"quick": ("RIG/SEED", ...), "full": (...)};
-    each is made by a job of its own, and the rigs that they name are inputs.
+    ``shards`` is the number of jobs per size, one by default; a job should take about a
+    minute, and the result does not depend on the number. With ``per_set`` (here and
+    below) there is one producer for each image set of the report, or for those whose
+    target has one of the named kinds, the same for all producers of a page; an
+    experiment is called as ``function(effort, folder)``. A producer without it may need
+    such an experiment, and reads a dictionary, set name -> result. With ``needs`` an
+    experiment reads others, as ``function(effort, results)``: for trials that draw
+    measurement errors from those found in rendered images. ``rendered`` declares the
+    image sets that it opens by `repro.run.rendered.rendered_set`, as {"quick":
+    ("RIG/SEED", ...), "full": (...)}; a separate job renders each, and their rigs are
+    inputs. ``inputs`` lists other rigs that it reads.
     """
     return _mark(
         "experiment",
@@ -78,9 +81,8 @@ def experiments(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort, identifier) -> Plan`` as a family of experiments.
 
-    ``artefacts`` has the artefact of each by its id; the rest is as for one
-    `experiment` and the same for all, with ``results`` as a third argument where there
-    are ``needs``.
+    ``artefacts`` maps the id of each to its artefact; the rest is as for `experiment`
+    and the same for all, with ``results`` as a third argument if there are ``needs``.
     """
 
     def mark(function: Producer) -> Producer:
@@ -110,11 +112,11 @@ def figure(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Drawing`` as the producer of a figure.
 
-    With ``scene`` the drawing brings a `raxel.show.Scene` or a `Film`; the page offers
-    it. With ``published``, ids of numbers of the ledger, it is called as
-    ``function(results, published)``, with {id: printed value}. That is for drawing
-    alone: all results are there by then, and no experiment, claim or number can ask for
-    it.
+    With ``scene`` the drawing has a `raxel.show.Scene` or a `Film`, to which the page
+    links. With ``published``, ids of numbers of the ledger, it is called as
+    ``function(results, published)``, with {id: printed value}. Printed values are for
+    drawing only: all results exist by then, and no experiment, claim or number can read
+    them.
     """
     return _mark(
         "figure",
@@ -137,9 +139,9 @@ def figures(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results, identifier) -> Drawing`` as a family of figures.
 
-    ``identifiers`` are their ids; or ids with what each ``needs``, where that differs.
-    The rest is as for one `figure` and the same for all, with the printed numbers as a
-    third argument where any are ``published``.
+    ``identifiers`` are their ids, or ids with the ``needs`` of each if they differ. The
+    rest is as for `figure` and the same for all, with the printed numbers as a third
+    argument if any are ``published``.
     """
 
     def mark(function: Producer) -> Producer:
@@ -160,7 +162,7 @@ def figures(
 def _with_needs(
     identifiers: Sequence[str] | Mapping[str, Sequence[str]], needs: Sequence[str]
 ) -> list[tuple[str, Sequence[str]]]:
-    """Ids of a family with what each needs: its own, or what all of them do."""
+    """Ids of a family with the needs of each: its own, or those of all."""
     if isinstance(identifiers, Mapping):
         return list(identifiers.items())
     return [(identifier, needs) for identifier in identifiers]
@@ -198,9 +200,9 @@ def claim(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Reading`` as the test of a claim.
 
-    ``readings`` are the questions of the ledger that touch it. With any it is called as
-    ``function(results, options)``, once for each combination of their options that the
-    ledger asks for (`repro.judge.readings`), ``options`` being {question: option}.
+    ``readings`` are the questions of the ledger that concern it. With any, it is called
+    as ``function(results, options)``, once for each combination of their options
+    (`repro.judge.readings`), ``options`` being {question: option}.
     """
     return _mark(
         "claim",
@@ -224,23 +226,23 @@ def numbers(
 
 
 def seed_of(artefact: str, condition: dict, trial: int) -> list[int]:
-    """Entropy of one trial, from (artefact, condition, trial) and nothing else."""
+    """Return the entropy of one trial, from (artefact, condition, trial) only."""
     text = json.dumps([ROOT_SEED, artefact, condition, trial], sort_keys=True)
     digest = hashlib.sha256(text.encode()).digest()
     return np.frombuffer(digest, dtype="<u4").tolist()
 
 
 def trial_rng(artefact: str, condition: dict, trial: int) -> np.random.Generator:
-    """Generator of one trial; the same whatever core, shard or order runs it."""
+    """Return the generator of one trial, independent of core, shard and order."""
     return np.random.default_rng(
         np.random.SeedSequence(seed_of(artefact, condition, trial))
     )
 
 
 def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
-    """(condition index, trial) pairs of one shard, beside each other.
+    """Return consecutive (condition index, trial) pairs for one shard.
 
-    So what trials of a condition share is worked out by as few jobs as can be.
+    Few jobs then repeat the work that the trials of a condition share.
     """
     pairs = plan.pairs
     return pairs[len(pairs) * shard // of : len(pairs) * (shard + 1) // of]

@@ -1,4 +1,4 @@
-"""Where a name of a chapter is defined: found by parsing, through imports."""
+"""Find the definition of a name of a chapter by parsing, through imports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Place:
 class Sources:
     """The files of the checkout at ``root`` (chapters, lib/), each read once.
 
-    ``asked`` collects those that were looked into.
+    ``read_files`` collects the files that were read.
     """
 
     def __init__(self, root: Path) -> None:
@@ -37,7 +37,8 @@ class Sources:
         return self._bodies[path]
 
     def find(self, path: Path, name: Sequence[str]) -> Place | None:
-        """What ``name`` stands for in the file ``path``; None for what is not ours.
+        """Return the definition of ``name`` in the file ``path``; None outside the
+        project.
 
         ``name`` is split at its dots: `results.GRIDS` is ("results", "GRIDS").
         """
@@ -92,7 +93,7 @@ class Sources:
 
 @cache
 def parsed(path: Path, text: str) -> list[ast.stmt]:
-    """Statements of a file with this text: one that did not change is parsed once."""
+    """Statements of a file with this text; an unchanged text is parsed once."""
     return ast.parse(text, str(path)).body
 
 

@@ -1,4 +1,4 @@
-"""What a chapter hands to the book-keeping: plans, readings, values, drawings."""
+"""Return types of a chapter's functions: plans, readings, values, drawings."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from raxel.show import Scene
 
 NOT_COMPARABLE = "not comparable"
-"""A decision too: what a claim compares with cannot be had; the reason says why."""
+"""A decision: the reference of a claim is not available; the reason states why."""
 
 VERDICTS = ("reproduced", "differs", "undecided", NOT_COMPARABLE)
-# What a reading says where so many trials failed that two failures are compared.
+# Reason of a reading if so many trials failed that two failures are compared.
 NO_NUMBER = "no number"
 DECISIONS = dict(
     zip(("holds", "fails", "undecided", NOT_COMPARABLE), VERDICTS, strict=True)
@@ -39,10 +39,9 @@ class Plan:
     """What an experiment runs.
 
     ``trial(condition, rng)`` returns numbers, strings, None, nested dicts of these, or
-    arrays; every condition is run ``trials`` times, with trials counted from ``first``
-    on: what was run again under a changed test takes draws that nobody has seen.
-    ``settings`` are printed with the result and hold everything a reader needs to run
-    it elsewhere.
+    arrays. Each condition is run ``trials`` times, with trials counted from ``first``:
+    a run after a changed test uses new random draws. ``settings`` are stored with the
+    result and contain everything that is required to repeat it elsewhere.
     """
 
     trial: Callable[[dict, Any], dict]
@@ -53,13 +52,14 @@ class Plan:
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """(condition index, trial) of all that is run."""
+        """Return (condition index, trial) of all runs."""
         numbers = range(self.first, self.first + self.trials)
         return list(product(range(len(self.conditions)), numbers))
 
 
 def crossed(**levels: Iterable) -> list[dict]:
-    """Conditions of a plan: every level with every other, the last fastest."""
+    """Return conditions of a plan: every level with every other, the last one
+    fastest."""
     return [dict(zip(levels, row, strict=True)) for row in product(*levels.values())]
 
 
@@ -67,9 +67,9 @@ def crossed(**levels: Iterable) -> list[dict]:
 class Reading:
     """The outcome of a claim's test in one reading of the text.
 
-    ``reading`` maps an open question of settings.yaml to the option taken; it is empty
-    where the text leaves nothing open. ``few_seeds``: a share of seeds decided that are
-    too few for its interval to do so.
+    ``reading`` maps a question of settings.yaml to the option taken; it is empty if the
+    text is unambiguous. ``few_seeds``: the share of runs decided, because they are too
+    few for its interval to do so.
     """
 
     verdict: str
@@ -82,7 +82,7 @@ class Reading:
 
     def __post_init__(self) -> None:
         if self.verdict not in VERDICTS:
-            raise ValueError(f"verdict {self.verdict!r} is none of {VERDICTS}")
+            raise ValueError(f"verdict: found {self.verdict!r}; give one of {VERDICTS}")
 
     @classmethod
     def of(
@@ -92,9 +92,9 @@ class Reading:
         unit: str = "",
         reason: str = "",
     ) -> Reading:
-        """From a decision of `repro.judge.statistics` and what it was made on.
+        """Make a reading from a decision of `repro.judge.statistics` and its estimate.
 
-        A decision that has no interval to leave it open is true or false.
+        A decision without an interval is True or False.
         """
         if not isinstance(decision, str):
             decision = HOLDS if decision else FAILS
@@ -113,7 +113,8 @@ class Reading:
         unit: str = "",
         reason: str = "",
     ) -> Reading:
-        """Of a predicate (seeds,) that is true of nine in ten seeds, or is not."""
+        """Make a reading from a predicate (seeds,) that should hold in nine of ten
+        runs."""
         made = cls.of(decision_of_seeds(holds), found, unit, reason)
         return replace(made, few_seeds=few_seeds(len(holds)))
 
@@ -124,10 +125,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Value:
-    """A regenerated number, with its interval where trials give one.
+    """A regenerated number, with its interval if trials give one.
 
-    ``put_in``: how the published number came into the rig, or was solved for; what
-    comes out then says nothing about the thesis.
+    ``put_in``: how the published number was put into the rig or solved for; the result
+    is then not a test of the thesis.
     """
 
     value: float | str
@@ -153,7 +154,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Check:
-    """Whether drawn or tabulated content equals what it was computed from."""
+    """A check that drawn or tabulated content equals the computed content."""
 
     holds: bool
     text: str
@@ -161,7 +162,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Panel:
-    """A part of a film: its title, what is seen in words, and its frames.
+    """A part of a video: title, description in words, and frames.
 
     ``pictures``: (height, width, 3) uint8, all of one size.
     """
@@ -173,9 +174,9 @@ class Panel:
 
 @dataclass(frozen=True)
 class Film:
-    """Panels side by side, on a narrow screen below each other, to be played.
+    """A video: panels side by side, below each other on a narrow screen.
 
-    ``labels``: a few words for each frame; ``per_second``: frames, 0 for a slider.
+    ``labels``: a few words for each frame; ``per_second``: frame rate, 0 for a slider.
     """
 
     panels: Sequence[Panel]
@@ -187,9 +188,8 @@ class Film:
 class Drawing:
     """A figure, the data behind it (column name -> values), and its own check.
 
-    ``scene`` is the same thing to turn around, or a film of it to play, for a figure
-    marked with ``scene=True``; the figure remains what the page shows first, and on
-    paper.
+    ``scene`` is an interactive 3-D version or a video, for a figure marked with
+    ``scene=True``. The page shows the figure first, and on paper.
     """
 
     figure: Figure
@@ -201,7 +201,8 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Measured:
-    """A number of a table with its interval: three in the CSV, one cell to read."""
+    """A number of a table with its interval: three columns in the CSV, one cell on the
+    page."""
 
     value: float
     low: float
@@ -214,7 +215,7 @@ class Measured:
 
     @classmethod
     def median_or_none(cls, trials: np.ndarray) -> Measured | None:
-        """The same, and None where half of the trials failed."""
+        """Return the same, or None if half of the trials failed."""
         found = cls.median(trials)
         return found if isfinite(found.value) else None
 
@@ -229,10 +230,10 @@ class Table:
     """A table: column name -> cells, with its own check where it has one.
 
     A cell is a number, a `Measured`, words, or None where there is nothing to say.
-    Captions and cells are Markdown, but for the columns in ``texts``: what anybody may
-    have written stands in these, such as names of photographs. ``printed`` names the
-    numbers of the thesis's own table, so that the page sets each beside its cell:
-    column -> ids of the ledger, one for each row, None where the thesis has none.
+    Captions and cells are Markdown, except the columns in ``texts``, which contain user
+    input such as names of images. ``printed`` names the numbers of the thesis's own
+    table, which the page shows below their cells: column -> ids of the ledger, one for
+    each row, None if the thesis has none.
     """
 
     columns: Mapping[str, Sequence]

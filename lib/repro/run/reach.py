@@ -1,21 +1,21 @@
-"""Keys over the code that a function reaches.
+"""Keys of the code that a function depends on.
 
-A result is rebuilt when something it was computed with changed, and only then. The key
-of a function covers its own syntax tree and, followed by name through the chapters and
-`lib/`, every function, class and constant it can reach; comments, docstrings and
-annotations do not count. A package from outside counts with its pinned version.
+A result is rebuilt if, and only if, the code that computes it changed. The key of a
+function covers its own syntax tree and, followed by name through the chapters and
+`lib/`, every function, class and constant that it can reach. Comments, docstrings and
+annotations are ignored. An external package enters with its pinned version.
 
-In a definition's hash each name of another definition is replaced by that one's hash,
-so what things are called and where they stand does not count either: a module that
-moves, a constant or function with another name reruns nothing. Names stay in the hash
-where they can be seen at run time: those of classes (a camera's file holds its own), of
-all that a module defines where it is handed on as a whole, of the module of code that
-reads ``__file__``, and all names that are reached where code asks what a function is
-called. A name that is bound below a definition as well stays there, too. Names in
-strings are not followed, nor what importing another module does to this one.
+In the hash of a definition each name of another definition is replaced by the hash of
+that definition. So names and positions are ignored too: after moving a module or
+renaming a constant or function, nothing is run again. Names remain in the hash if they
+are visible at run time: names of classes (camera files contain them), of all
+definitions of a module that is passed as an object, of the module of code that reads
+``__file__``, and all reached names if code reads the name of a function. A name that is
+also bound in an inner scope remains, too. Names in strings are not followed, nor side
+effects of importing a module.
 
-A reach may be held within some of the project's folders: then of all that lies outside
-them only its name counts, neither its code nor its version.
+A reach may be limited to some folders of the project: outside them only the name
+enters, not the code or the version.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ from repro.run.source_index import Module, index
 
 DISTRIBUTION = {"cv2": "opencv-python-headless", "yaml": "pyyaml"}
 WHOLE = "*"
-"""Name that stands for all definitions of a module."""
+"""Name for all definitions of a module."""
 MAX_IMPORTS = 20
-"""Modules that a name may come through; more is a circle."""
+"""Largest number of re-exports of a name; more indicate a cycle."""
 
 Place = tuple[str, str]
 """Module and name of a definition."""
 
 
 class Node(NamedTuple):
-    """What one place says: its syntax, and in order where each name of it leads.
+    """Syntax of one definition, and the target of each of its names, in order.
 
-    A link is what is said about a target, and the target: none where that is outside.
+    A link is the text about a target, and the target: None outside the project.
     """
 
     hash: str
@@ -56,7 +56,7 @@ class Node(NamedTuple):
 class Reach:
     """Keys of functions in the checkout at ``root`` (modules: chapters, lib/).
 
-    within: the parts of the project whose code counts, all of them if not given.
+    within: the parts of the project whose code enters, all by default.
     """
 
     def __init__(self, root: Path, within: Collection[str] = PROJECT) -> None:
@@ -71,7 +71,7 @@ class Reach:
         self.versions = _pins(root / "environment.txt") if everything else {}
 
     def key(self, *functions: Place) -> str:
-        """Hash over everything the (module, name) pairs reach."""
+        """Return the hash over everything that the (module, name) pairs reach."""
         if functions not in self._keys:
             places = self._places(functions)
             found = [self._hash(place) for place in places]
@@ -81,14 +81,15 @@ class Reach:
         return self._keys[functions]
 
     def reached(self, *functions: Place) -> list[Place]:
-        """Definitions of the checkout, (module, name), that these reach: nearest first.
+        """Return the definitions, (module, name), that these reach: nearest first.
 
         The functions themselves are the first of them.
         """
         return [place for place in self._walked(functions) if place[1] != WHOLE]
 
     def named(self, function: Place) -> list[Place]:
-        """Definitions that one names itself, in the order of its text."""
+        """Return the definitions that a definition names directly, in the order of its
+        text."""
         return [
             target
             for place in self._places([function])
@@ -97,10 +98,11 @@ class Reach:
         ]
 
     def place(self, module: str, name: str) -> tuple[Path, int]:
-        """File and line of a definition; LookupError for what is none."""
+        """Return file and line of a definition; LookupError if there is no such
+        definition."""
         found = self._module(module)
         if found is None or name not in found.definitions:
-            raise LookupError(f"{module} defines no {name}")
+            raise LookupError(f"{module}: no definition of {name}")
         return self._path(module), found.definitions[name].line
 
     def _walked(self, functions: Iterable[Place]) -> Iterator[Place]:
@@ -116,7 +118,7 @@ class Reach:
             todo += new
 
     def _places(self, functions: Iterable[Place]) -> list[Place]:
-        """Where the functions are defined; a module may have them from another."""
+        """Where the functions are defined; a module may import them from another."""
         found = (
             self._resolved(module, [] if name == WHOLE else [name])[0]
             for module, name in functions
@@ -131,12 +133,12 @@ class Reach:
         return self._hashes[place]
 
     def _targets(self, place: Place) -> list[Place]:
-        """The places that a place names and that have no hash yet."""
+        """The definitions that a definition names and that have no hash yet."""
         links = self._node(place).links
         return [t for _, t in links if t and t not in self._hashes]
 
     def _settle(self, circle: Collection[Place]) -> None:
-        """Hash the definitions of a circle, each as it is met from itself."""
+        """Hash the definitions of a cycle, each with itself as the start."""
         hashes = {place: self._of_circle(place, circle) for place in circle}
         self._hashes |= hashes
         asks = any(
@@ -147,19 +149,20 @@ class Reach:
         self._asks_names |= dict.fromkeys(circle, asks)
 
     def _of_circle(self, first: Place, circle: Collection[Place]) -> str:
-        """Hash of one of a circle: the others have the number in which they are met."""
+        """Hash of one definition of a cycle: the others are numbered in the order of
+        the visit."""
         met = {first: 0}
-        said: list[str] = []
+        parts: list[str] = []
         for place in (order := [first]):
             node = self._node(place)
-            said += [node.hash, str(len(node.links))]
+            parts += [node.hash, str(len(node.links))]
             for words, target in node.links:
                 if target in circle and target not in met:
                     met[target] = len(met)
                     order.append(target)
-                said.append(words)
-                said.append(str(met[target]) if target in met else self._known(target))
-        return _digest(said)
+                parts.append(words)
+                parts.append(str(met[target]) if target in met else self._known(target))
+        return _digest(parts)
 
     def _known(self, target: Place | None) -> str:
         return self._hashes[target] if target else ""
@@ -170,7 +173,8 @@ class Reach:
         return self._nodes[place]
 
     def _read(self, module_name: str, name: str) -> Node:
-        """What one place says itself; a whole module names all that it defines."""
+        """Syntax and links of one definition; a whole module links to all that it
+        defines."""
         module = self._module(module_name)
         if name == WHOLE:
             return Node("", [(n, (module_name, n)) for n in module.definitions])
@@ -179,7 +183,7 @@ class Reach:
         for word, home, path in found.references:
             place, rest = self._resolved(home, path)
             if place is None and self._is_left_out(rest[0]):
-                rest = rest[1:]  # where a name of the project stands does not count
+                rest = rest[1:]  # the module of a name of the project is ignored
             words = ".".join([f"{word}=", *rest])
             if place is None and self._pin(rest[0]):
                 words += f" {self._pin(rest[0])}"
@@ -189,9 +193,9 @@ class Reach:
     def _resolved(
         self, module: str, path: Sequence[str]
     ) -> tuple[Place | None, list[str]]:
-        """The definition or module that ``path`` leads to, and what is left of it.
+        """The definition or module that ``path`` leads to, and the rest of the path.
 
-        From what is none of the checkout's, all is left.
+        For a name outside the checkout, the rest is the whole path.
         """
         for _ in range(MAX_IMPORTS):
             found = self._module(module)
@@ -212,12 +216,13 @@ class Reach:
         return None, [module, *path]
 
     def _is_left_out(self, module: str) -> bool:
-        """Whether a module is of the project, and outside of what counts."""
+        """Whether a module is part of the project, but not of the folders that
+        enter."""
         top = module.split(".")[0]
         return top in PROJECT and top not in self.within
 
     def _pin(self, module: str) -> str | None:
-        """Version of a module from outside, if one is pinned."""
+        """Version of an external module, if one is pinned."""
         package = module.split(".")[0]
         return self.versions.get(DISTRIBUTION.get(package, package))
 
@@ -234,7 +239,8 @@ class Reach:
         return self._modules[name]
 
     def _path(self, name: str) -> Path | None:
-        """File of a module of the checkout, or the folder of one that has none."""
+        """File of a module of the checkout, or the folder of a package without a
+        file."""
         top = name.split(".")[0]
         if top not in self.within:
             return None
@@ -251,5 +257,5 @@ def _pins(path: Path) -> dict[str, str]:
     return dict(re.findall(r"^([a-z0-9_.-]+)==([^\s;\\]+)", text, flags=re.M))
 
 
-def _digest(said: list[str]) -> str:
-    return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]
+def _digest(parts: list[str]) -> str:
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""What a claim's test reads and says in one reading of an open text."""
+"""Input and result of a claim's test in one reading of an ambiguous text."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from repro.run.outcomes import Reading
 
 
 class Case:
-    """One reading of an open text, as what the trials call the options taken.
+    """One reading of an ambiguous text, with the names that trials give its options.
 
     names: question -> {option of the ledger: name}, the primary option first. A
-    question that is not asked has its primary option, so that `Case(names)` is what
-    figures and prose show.
+    question without a given option has its primary option, so that `Case(names)` is the
+    case of figures and prose.
     """
 
     def __init__(
@@ -26,28 +26,29 @@ class Case:
         self.names, self.options = names, options or {}
 
     def __getitem__(self, question: str):
-        """What the trials call the option that is taken of a question."""
+        """Return the name that trials give the chosen option of a question."""
         names = self.names[question]
         return names[self.option(question)]
 
     def option(self, question: str) -> str:
-        """The option that is taken of a question."""
+        """Return the chosen option of a question."""
         return self.options.get(question, next(iter(self.names[question])))
 
     @property
     def is_primary(self) -> bool:
-        """Whether every question has its primary option."""
+        """Return whether every question has its primary option."""
         return all(self.option(q) == next(iter(self.names[q])) for q in self.names)
 
 
 def counterpart(
     holds: np.ndarray, found: np.ndarray, unit: str = "", reason: str = ""
 ) -> Reading:
-    """The Reading of a claim on a rendered rig: true in nine of ten seeds, or not.
+    """Return the Reading of a claim on a rendered rig: true in nine of ten runs, or
+    not.
 
-    holds: (seeds,) bool, whether the claim is true of a seed, false where a method
-    failed; found: (seeds,) what was measured, not finite where a method failed: the
-    median and the range shown are those of the seeds that have a value.
+    holds: (seeds,) bool, whether the claim holds in a run, false if a method failed;
+    found: (seeds,) measured values, not finite if a method failed. Median and range are
+    those of the runs with a value.
     """
     share = proportion(np.asarray(holds, float))
     middle = median_and_range(found)

@@ -1,10 +1,10 @@
-"""`make recorded`: what the test of each judged claim is, written down as hashes.
+"""`make recorded`: store the test of each judged claim as hashes.
 
-A test may be altered after a run of it has been seen, but not in silence: `changed:` in
-`claims.yaml` says how. `data/published/recorded.yaml` holds hashes of each claim's
-test, of the readings that it is judged in, of its judge and of `changed:`. A claim
-whose test is another one while its `changed:` is the same gets no new entry, and
-`faults` names it.
+A test may be changed after its result was known, but not without a note: `changed:` in
+`claims.yaml` states the change. `data/published/recorded.yaml` holds hashes of each
+claim's test, of the readings that it is judged in, of its judge and of `changed:`. A
+claim whose test changed while its `changed:` did not gets no new entry, and `faults`
+names it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from repro.run.reach import Reach
 from repro.run.results import write_atomic
 
 NAME = "recorded.yaml"
-# A part of an entry, and what it is called where it differs.
+# A part of an entry, and its name in messages.
 PARTS = {"test": "its text", "readings": "its readings", "judge": "its judge"}
 HEAD = """\
 # The test of each judged claim, as hashes. `make recorded` writes this file.
@@ -46,9 +46,9 @@ Hashes = Mapping[str, str]
 
 
 def tests_now(root: Path) -> dict[str, Hashes]:
-    """Claim -> hashes of its test as the checkout at ``root`` has it, in their order.
+    """Return claim -> hashes of its test in the checkout at ``root``, in their order.
 
-    Claims that nothing judges, and those that are not of the thesis, have none.
+    Claims without a judge, and claims outside the thesis, are omitted.
     """
     known = open_questions(root)
     reach = Reach(root, within=("chapters",))
@@ -76,7 +76,7 @@ def _hashes(
 
 
 def _words(text: str) -> list[str]:
-    """A text without its line breaks, which say nothing."""
+    """The words of a text, without its line breaks."""
     return text.split()
 
 
@@ -89,7 +89,7 @@ def _as_json(content: object) -> str:
 
 
 def recorded(root: Path) -> dict[str, Hashes]:
-    """Claim -> hashes of its test as they are written down; raises LedgerError."""
+    """Return claim -> stored hashes of its test; raises LedgerError."""
     content = read_yaml(root / FOLDER / NAME)
     lines = faults_of_schema(content, "recorded", NAME)
     if lines:
@@ -101,28 +101,28 @@ def recorded(root: Path) -> dict[str, Hashes]:
 
 
 def faults(root: Path) -> list[str]:
-    """One line for each claim whose test is not the one that is written down.
+    """Return one line for each claim whose test differs from the stored one.
 
-    A file without entries waits to be written for the first time, and has no faults.
+    A file without entries was not written yet, and has no faults.
     """
     before, now = recorded(root), tests_now(root)
     if not before:
         return []
-    lines = list(_in_silence(before, now).values())
+    lines = list(_unannounced(before, now).values())
     for claim in {**before, **now}:
         if claim not in before:
             lines.append(f"{NAME}: {claim}: no entry; run make recorded")
         elif claim not in now:
-            lines.append(f"{NAME}: {claim}: nothing judges it; run make recorded")
+            lines.append(f"{NAME}: {claim}: no judge; run make recorded")
         elif before[claim]["changed"] != now[claim]["changed"]:
-            lines.append(f"{NAME}: {claim}: `changed` is another; run make recorded")
+            lines.append(f"{NAME}: {claim}: `changed` differs; run make recorded")
     return lines
 
 
-def _in_silence(
+def _unannounced(
     before: Mapping[str, Hashes], now: Mapping[str, Hashes]
 ) -> dict[str, str]:
-    """Claim -> what is wrong, where the test is another one and `changed` the same."""
+    """Claim -> message, if the test changed and `changed` did not."""
     found = {}
     for claim in now:
         if claim in before and before[claim]["changed"] == now[claim]["changed"]:
@@ -130,39 +130,39 @@ def _in_silence(
             if other:
                 parts = " and ".join(PARTS[part] for part in other)
                 found[claim] = (
-                    f"claims.yaml: {claim}: its test changed ({parts}), and `changed` "
-                    "did not; say there how it was altered and what had been seen, "
+                    f"claims.yaml: {claim}: its test changed ({parts}), but `changed` "
+                    "did not; state there the change and the results known before, "
                     "then run make recorded"
                 )
     return found
 
 
 def record(root: Path) -> list[str]:
-    """Write down the tests as they are; returns a line for each that was refused.
+    """Store the present tests; return a line for each rejected one.
 
-    A refused claim keeps the entry that it has.
+    A rejected claim keeps its entry.
     """
     path = root / FOLDER / NAME
     before, now = recorded(root) if path.is_file() else {}, tests_now(root)
-    refused = _in_silence(before, now)
+    rejected = _unannounced(before, now)
     entries = [
-        {"id": claim} | dict(before[claim] if claim in refused else now[claim])
+        {"id": claim} | dict(before[claim] if claim in rejected else now[claim])
         for claim in now
     ]
     lines = [f"- {json.dumps(entry)}" for entry in entries]
     write_atomic(path, "\n".join([HEAD + "recorded:", *lines, ""]))
-    return list(refused.values())
+    return list(rejected.values())
 
 
 def main() -> int:
-    """Write the record of the checkout that this runs in; 1 where one was refused."""
+    """Write the record of the current checkout; return 1 if a claim was rejected."""
     try:
-        refused = record(Path.cwd())
+        rejected = record(Path.cwd())
     except LedgerError as error:
-        refused = [str(error)]
-    for line in refused:
+        rejected = [str(error)]
+    for line in rejected:
         print(line, file=sys.stderr)
-    return 1 if refused else 0
+    return 1 if rejected else 0
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Rendered image sets: an experiment opens those that its mark declares, and no other.
+"""Rendered image sets: an experiment opens only those that its decorator declares.
 
-A set is the folder `data/synthetic/RIG/SEED`, made from `data/rigs/RIG.yaml` by a job
-of its own (`repro.workflow.rendering`). Beside it lies its manifest, `SEED.json`: the
-files with their hashes, which stand for the set wherever it is somebody's input.
+A set is the folder `data/synthetic/RIG/SEED`, which a separate job renders from
+`data/rigs/RIG.yaml` (`repro.workflow.rendering`). Next to it is its manifest,
+`SEED.json`: the files with their hashes, which represent the set as an input.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ _declared: list[frozenset[str]] = []
 
 
 def manifest(name: str) -> str:
-    """Path in the checkout of the manifest of the set ``RIG/SEED``."""
+    """Return the path of the manifest of the set ``RIG/SEED`` in the checkout."""
     return f"{FOLDER}/{name}.json"
 
 
 def rig_file(name: str) -> str:
-    """Path in the checkout of the rig of the set ``RIG/SEED``."""
+    """Return the path of the rig of the set ``RIG/SEED`` in the checkout."""
     return f"{RIGS}/{name.partition('/')[0]}.yaml"
 
 
 @contextmanager
 def declared(names: Iterable[str]) -> Iterator[None]:
-    """Let `rendered_set` open these sets inside, and no other."""
+    """Allow `rendered_set` to open these sets inside, and no others."""
     _declared.append(frozenset(names))
     try:
         yield
@@ -42,24 +42,24 @@ def declared(names: Iterable[str]) -> Iterator[None]:
 
 
 def rendered_set(rig: str, seed: int) -> Path:
-    """Folder of the set that the laboratory made from a rig and a seed.
+    """Return the folder of the set that was rendered from a rig and a seed.
 
-    Raises LookupError inside an experiment whose mark does not declare the set:
-    nothing would run it again when the set changes. Outside any, as in a notebook,
-    it raises FileNotFoundError for a set that nobody has made.
+    Raises LookupError inside an experiment whose decorator does not declare the set:
+    the experiment would not be repeated when the set changes. Elsewhere, as in a
+    notebook, it raises FileNotFoundError for a set that was not rendered yet.
     """
     name = f"{rig}/{seed}"
     if _declared and name not in _declared[-1]:
         known = ", ".join(sorted(_declared[-1])) or "none"
         raise LookupError(
-            f"rendered set {name}: not declared by the mark of what runs (declared: "
-            f"{known}); add it to the experiment's rendered="
+            f"rendered set {name}: not declared by the experiment (declared: {known}); "
+            "add it to rendered= of its decorator"
         )
     folder = CHECKOUT / FOLDER / rig / str(seed)
     if not (folder / "set.yaml").is_file():
         place = f"{FOLDER}/{name}"
         raise FileNotFoundError(
-            f"{place}: not made yet; make what reads it, or run: raxel render "
+            f"{place}: not rendered yet; build what reads it, or run: raxel render "
             f"{rig_file(name)} --out {place} --seed {seed}"
         )
     return folder

@@ -1,4 +1,4 @@
-"""Result files: one per experiment, the same bytes for the same code, seed and input.
+"""Result files: one per experiment, reproducible for the same code, seed and input.
 
 `<experiment>.json` holds settings, conditions, per-trial values and summaries,
 `<experiment>.npz` arrays, `<experiment>.run.json` what differs between runs.
@@ -19,27 +19,27 @@ from repro.judge.statistics import median_interval
 from repro.run.outcomes import Plan
 
 Part = str | float
-"""A key of what a trial returns."""
+"""A key of the return value of a trial."""
 WRITTEN: list[Path] = []
-"""What this process has written so far: a job leaves it in its record."""
+"""Files that this process has written so far, for the record of the job."""
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:
-    """As `raxel.io.files.write_whole`, in a folder that is made where it is missing."""
+    """Write as `raxel.io.files.write_whole`; make the folder if it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_whole(path, content)
     WRITTEN.append(path)
 
 
 def write_json(path: Path, content: object) -> None:
-    """As `raxel.io.files.write_json`, in a folder that is made where it is missing."""
+    """Write as `raxel.io.files.write_json`; make the folder if it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_json(path, content)
     WRITTEN.append(path)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write an .npz whose bytes depend on the arrays alone, not on the clock."""
+    """Write an .npz whose bytes depend on the arrays only, not on the time."""
     buffer = BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(arrays):
@@ -56,7 +56,8 @@ def gather(
     arrays: Mapping[str, np.ndarray],
     path: Path,
 ) -> None:
-    """Join the shards' records into the result file, after checking none is missing."""
+    """Join the records of the shards into the result file; check that none is
+    missing."""
     wanted = set(plan.pairs)
     found = [(r["condition"], r["trial"]) for r in records]
     if len(found) != len(set(found)) or set(found) != wanted:
@@ -98,7 +99,7 @@ def _is_number(value: object) -> bool:
 def summary(values: Sequence[float | None]) -> dict:
     """Median with its 95 % interval, mean, SD of the trials that have a value.
 
-    Those without one are counted: only a judgement knows what the worst would be.
+    Trials without a value are counted: only a judgement defines the worst value.
     """
     good = np.sort([v for v in values if _is_number(v)])
     middle = median_interval(good)
@@ -113,12 +114,13 @@ def summary(values: Sequence[float | None]) -> dict:
 
 
 class Selection:
-    """Trials of several conditions of a result: as the plan orders them, then by trial.
+    """Trials of several conditions of a result, in the order of the plan, then by
+    trial.
 
-    A value is read as ``column``, ``texts`` or ``arrays``, one entry per trial over all
-    the conditions, so that a seed per condition reads like a seed per trial. A trial
-    returns a dictionary of dictionaries; a path leads into it, one key after the other:
-    ``column("CGSP", "stage2", "error_mm")``.
+    ``column``, ``texts`` and ``arrays`` return a value with one entry per trial over
+    all conditions, so that a seed per condition reads like a seed per trial. A trial
+    returns a dictionary of dictionaries; a path is a sequence of keys: ``column("CGSP",
+    "stage2", "error_mm")``.
     """
 
     def __init__(self, result: Result, conditions: Mapping[int, dict]) -> None:
@@ -126,11 +128,11 @@ class Selection:
 
     @property
     def conditions(self) -> list[dict]:
-        """The conditions that were selected, in the order of the plan."""
+        """Return the selected conditions, in the order of the plan."""
         return list(self._conditions.values())
 
     def select(self, **condition: object) -> Selection:
-        """Those of these conditions that fit; KeyError where none does."""
+        """Return the conditions that match; KeyError if none does."""
         fits = {
             i: have for i, have in self._conditions.items() if _fits(have, condition)
         }
@@ -139,19 +141,20 @@ class Selection:
         return Selection(self._result, fits)
 
     def by(self, key: str, **condition: object) -> dict[object, Selection]:
-        """Level -> its trials, for every level that a condition's ``key`` has here."""
+        """Return level -> its trials, for every level of a condition's ``key``."""
         found = self.select(**condition)
         levels = dict.fromkeys(c[key] for c in found.conditions if key in c)
         return {level: found.select(**{key: level}) for level in levels}
 
     def levels(self, key: str, **condition: object) -> list:
-        """Every level of a condition's ``key`` once, in the order of the plan."""
+        """Return every level of a condition's ``key`` once, in the order of the
+        plan."""
         return list(self.by(key, **condition))
 
     def column(self, *path: Part | Sequence[Part]) -> np.ndarray:
-        """A value of every trial (..., trials); nan where the trial has none.
+        """Return a value of every trial (..., trials); nan if the trial has none.
 
-        Several keys at one place of the path make an axis in front of the trials.
+        Several keys at one position of the path give an axis before the trials.
         """
         for place, keys in enumerate(path):
             if isinstance(keys, list | tuple):
@@ -161,12 +164,12 @@ class Selection:
         return np.array([_number(v.get(name)) for v in self._rows()], dtype=float)
 
     def texts(self, *path: Part) -> list[str | None]:
-        """A textual value of every trial (such as the reason of a failure)."""
+        """Return a text of every trial (such as the reason of a failure)."""
         name = _joined(path)
         return [v.get(name) for v in self._rows()]
 
     def arrays(self, *path: Part) -> list[np.ndarray]:
-        """One array per trial; trials without it are left out."""
+        """Return one array per trial; trials without it are omitted."""
         name = _joined(path)
         with np.load(self._result.path.with_suffix(".npz")) as stored:
             first = self._result.first_trial
@@ -181,7 +184,7 @@ class Selection:
 class Result(Selection):
     """A result file, read: all of its trials.
 
-    What reads a value takes a condition, too; it is that of one condition alone.
+    Its methods also take a condition, and then read the trials of that condition only.
     """
 
     def __init__(self, path: Path) -> None:
@@ -196,23 +199,24 @@ class Result(Selection):
         super().__init__(self, dict(enumerate(content["conditions"])))
 
     def column(self, *path: Part | Sequence[Part], **condition: object) -> np.ndarray:
-        """As `Selection.column`, under the one condition that fits."""
+        """Read as `Selection.column`, for the one condition that matches."""
         return self.one(**condition).column(*path)
 
     def texts(self, *path: Part, **condition: object) -> list[str | None]:
-        """As `Selection.texts`, under the one condition that fits."""
+        """Read as `Selection.texts`, for the one condition that matches."""
         return self.one(**condition).texts(*path)
 
     def arrays(self, *path: Part, **condition: object) -> list[np.ndarray]:
-        """As `Selection.arrays`, under the one condition that fits."""
+        """Read as `Selection.arrays`, for the one condition that matches."""
         return self.one(**condition).arrays(*path)
 
     def names(self) -> list[str]:
-        """Every value name that any trial has."""
+        """Return the names of all values of any trial."""
         return sorted({name for row in self._rows() for name in row})
 
     def one(self, **condition: object) -> Selection:
-        """The trials of the one condition that fits; KeyError for none or several."""
+        """Return the trials of the one condition that matches; KeyError for 0 or
+        several."""
         found = self.select(**condition)
         if len(found.conditions) != 1:
             raise KeyError(
@@ -222,7 +226,7 @@ class Result(Selection):
 
 
 def _joined(path: Sequence[Part]) -> str:
-    """The name under which a value is stored (`repro.run.marks.run_trials`)."""
+    """Return the name under which a value is stored (`repro.run.marks.run_trials`)."""
     return ".".join(map(str, path))
 
 
@@ -237,7 +241,7 @@ def _number(value: object) -> float:
 def opened(
     folder: Path, read: Mapping[str, str | Mapping[str, str]]
 ) -> dict[str, Result | dict[str, Result]]:
-    """The results themselves: need -> Result, or set name -> Result."""
+    """Return the results: need -> Result, or set name -> Result."""
 
     def result(identifier: str) -> Result:
         return Result(folder / f"{identifier}.json")

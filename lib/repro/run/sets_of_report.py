@@ -1,4 +1,4 @@
-"""Which image sets get a page: the workflow's photographs, and what people bring."""
+"""Image sets with a page: those of the workflow, and those of the user."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from raxel.io.documents import read_yaml
 from raxel.sets import load_set
 from raxel.sets.mirror_set import is_mirror_set
 
-# Names of files that a chapter of pages has already.
+# Names of files that a chapter of pages already has.
 TAKEN = ("index", "set")
 
 
 def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
-    """Set name -> folder: data/recorded/* with images there, and ``recorded``.
+    """Return set name -> folder: data/recorded/* with images, and ``recorded``.
 
-    ``recorded`` names one set or a folder of sets. A set whose photographs have not
-    arrived (no network yet) has no page, nor has one that is faulty (`faulty_sets`).
+    ``recorded`` names one set or a folder of sets. A set whose images are missing (no
+    network yet) has no page, nor has an invalid one (`faulty_sets`).
     """
     found = {
         name: folder.relative_to(root).as_posix()
@@ -32,7 +32,7 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
         name = name_of(folder)
         if name in found and Path(found[name]).resolve() != folder.resolve():
             raise ValueError(
-                f"RECORDED={recorded}: a set named {name} has a page already "
+                f"RECORDED={recorded}: a set named {name} already has a page "
                 f"({found[name]}); rename the folder {folder}"
             )
         found[name] = folder.as_posix()
@@ -40,7 +40,8 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
 
 
 def folders_of_sets(given: Path) -> list[Path]:
-    """A folder that is an image set, or those of the sets in it; empty for neither."""
+    """Return the folder of an image set, or those of the sets in it; empty for
+    neither."""
     if is_mirror_set(given):
         return []
     if (given / "set.yaml").is_file():
@@ -49,7 +50,7 @@ def folders_of_sets(given: Path) -> list[Path]:
 
 
 def mirror_sets_without_page(given: Path) -> dict[Path, str]:
-    """Folder -> what to do with it, for ``given`` or the mirror sets in it."""
+    """Return folder -> message, for ``given`` or the mirror sets in it."""
     return {
         folder: f"{folder}: mirror set: no page in the report; use raxel calibrate "
         f"{folder} --out mirror.npz --report FOLDER"
@@ -59,7 +60,7 @@ def mirror_sets_without_page(given: Path) -> dict[Path, str]:
 
 
 def target_kind(folder: Path) -> str:
-    """The kind of a set's target, as its set.yaml names it; empty where it cannot."""
+    """Return the kind of target in set.yaml; empty if there is none."""
     try:
         return str(read_yaml(folder / "set.yaml")["target"]["kind"])
     except (InputError, KeyError, TypeError):
@@ -67,7 +68,8 @@ def target_kind(folder: Path) -> str:
 
 
 def faulty_sets(root: Path) -> dict[Path, str]:
-    """Folder -> one line, for the faulty sets below data/recorded, and mirror sets."""
+    """Return folder -> one line, for invalid sets below data/recorded, and mirror
+    sets."""
     faults = {folder: fault for _, folder, fault in _looked_at(root) if fault}
     return faults | mirror_sets_without_page(root / "data" / "recorded")
 
@@ -87,13 +89,13 @@ def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
             fault = str(error)
         first = folders.setdefault(name, folder)
         if first != folder:
-            fault = f"{folder}: {first} has its page's name, {name}; rename one"
+            fault = f"{folder}: page name {name} is also that of {first}; rename one"
         found.append((name, folder, fault))
     return found
 
 
 def _not_arrived(folder: Path) -> bool:
-    """Whether set.yaml lists images, and none of them lies in the folder."""
+    """Whether set.yaml lists images of which none is in the folder."""
     try:
         views = read_yaml(folder / "set.yaml")["views"]
         images = [str(view["image"]) for view in views]
@@ -103,15 +105,16 @@ def _not_arrived(folder: Path) -> bool:
 
 
 def name_of(folder: Path) -> str:
-    """Page name of a set: its folder's name, letters, digits and hyphens only."""
+    """Return the page name of a set: its folder's name, letters, digits and hyphens
+    only."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", folder.resolve().name).strip("-")
     return f"photographs-{name}".strip("-") if not name or name in TAKEN else name
 
 
 def set_files(folder: Path) -> dict[str, Path]:
-    """Name in the folder -> path of set.yaml and of every file that the set names.
+    """Return name in the folder -> path, for set.yaml and all files of the set.
 
-    Where it names a folder (the truth of a rendered set), all files in that.
+    A named folder (the truth of a rendered set) stands for all its files.
     """
     image_set = load_set(folder)
     named = {name for view in image_set.views for name in view.files}

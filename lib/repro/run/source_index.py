@@ -1,7 +1,7 @@
-"""What a source file defines, imports and names: what `repro.run.reach` walks.
+"""Definitions, imports and names of a source file, for `repro.run.reach`.
 
-An index is kept on disk under the file's own content, so that a build parses only what
-changed since the last one.
+An index is cached on disk under the hash of the file's content, so that a build parses
+only changed files.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from repro.run.bare_syntax import (
 )
 from repro.run.results import write_json
 
-# Words by which code tells where it stands.
+# Names by which code reads its own location.
 OF_PLACE = {"__file__", "__name__", "__package__", "__path__", "__spec__"}
-# Words by which code tells what a function is called, or where it is from.
+# Names by which code reads the name or the origin of a function.
 OF_NAME = {
     "__module__", "__name__", "__qualname__", "co_filename", "co_name", "co_qualname",
     "getfile", "getmodule", "getsource", "getsourcefile", "getsourcelines", "pickle",
@@ -39,12 +39,11 @@ PROGRAM = "__name__ == '__main__'"
 
 @dataclass(frozen=True)
 class Definition:
-    """A top-level name: its line, the hash of its bare syntax, and where that leads.
+    """A top-level name: its line, the hash of its bare syntax, and its references.
 
-    ``references`` are (word, module, path): where the names of ``path`` lead from
-    ``module``. They stand in the syntax as their numbers; those with a word stand there
-    as that word, which may be something else, too. ``asks_names`` says that it asks
-    what functions are called.
+    ``references`` are (word, module, path): the target of ``path`` from ``module``. In
+    the syntax they are replaced by numbers; those with a word remain as that word,
+    which may have another meaning, too. ``asks_names``: it reads names of functions.
     """
 
     line: int
@@ -63,9 +62,9 @@ class Module:
 
 
 def index(name: str, path: Path, folder: Path) -> Module:
-    """Index of the module ``name`` in ``path``, from ``folder`` if it is kept there.
+    """Return the index of the module ``name`` in ``path``, cached in ``folder``.
 
-    A stub (``.pyi``) next to it says what a package imports lazily.
+    A stub (``.pyi``) next to it lists the lazy imports of a package.
     """
     stub = path.with_suffix(".pyi")
     source = path.read_bytes() + (stub.read_bytes() if stub.is_file() else b"")
@@ -116,9 +115,9 @@ class _Statement:
 
 
 class _Reader:
-    """Sorts the statements of a module by the names that they define.
+    """Sort the statements of a module by the names that they define.
 
-    A statement that defines nothing may change what others define: it belongs to all.
+    A statement without a definition may change other definitions: it belongs to all.
     """
 
     def __init__(self, module: str, package: str) -> None:
@@ -172,7 +171,8 @@ class _Reader:
         )
 
     def _may_mean(self, name: str, mine: Iterable[_Statement]) -> list[Target]:
-        """What a name may stand for: one of the module, or imported there or below."""
+        """Possible targets of a name: of the module, or imported there or in an inner
+        scope."""
         found = [(self.module, None)] if name == "globals" else []
         found += [(self.module, name)] if name in self.statements else []
         found += [self.imports[name]] if name in self.imports else []
@@ -182,15 +182,15 @@ class _Reader:
 
 
 def _says_nothing(node: ast.stmt) -> bool:
-    """A docstring, or what only a program does: ``if __name__ == "__main__"``."""
+    """A docstring, or code of a program only: ``if __name__ == "__main__"``."""
     if isinstance(node, ast.Expr):
         return isinstance(node.value, ast.Constant)
     return isinstance(node, ast.If) and ast.unparse(node.test) == PROGRAM
 
 
 def _asks_names(node: ast.AST) -> bool:
-    """Whether what functions are called may matter; a class keeps its name anyway."""
+    """Whether names of functions may matter; a class keeps its name anyway."""
     if isinstance(node, ast.Attribute) and node.attr == "__name__":
         return getattr(getattr(node.value, "func", None), "id", "") != "type"
-    said = (getattr(node, field, None) for field in ("attr", "id", "value"))
-    return any(isinstance(word, str) and word in OF_NAME for word in said)
+    words = (getattr(node, field, None) for field in ("attr", "id", "value"))
+    return any(isinstance(word, str) and word in OF_NAME for word in words)

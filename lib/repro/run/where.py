@@ -2,9 +2,9 @@
 
     python -m repro.run.where table_3_4 s3_2_results:omni.left_out
 
-One line for each place, as `file:line`, from the page to the functions of the library.
-Producers are found by their marks. A name that prose quotes is looked up in the built
-page, which records the line and the results that each name was made from.
+One line for each location, as `file:line`, from the page to the functions of the
+library. Producers are found by their decorators. A name that prose quotes is looked up
+in the built page, which records the line and the results of each name.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from repro.run.rendered import manifest, rig_file
 
 READERS = ("figure", "table", "numbers", "claim")
 MAX_ALGORITHMS = 12
-# Rooms of the library by what a reader looks for first.
-ROOMS = (
+# Packages of the library, the most relevant first.
+PACKAGES = (
     ("calibration", "features", "multiview"),
     ("cameras", "evaluation"),
     ("lab", "sets", "io"),
     ("geometry", "show", "report"),
 )
-# Definitions that a result counts as between its experiment and what reads it.
+# Distance in definitions between an experiment and the reader of its result.
 STEPS_OF_RESULT = 3
-# Names of these endings belong to a number of the ledger (`repro.page.reader.values`).
+# Endings of names of a ledger number (`repro.page.reader.values`).
 OF_NUMBER = re.compile(r"\.(low|high|text)$")
 
 
 class UnknownId(Exception):
-    """An id that nothing has, or a name that no built page records."""
+    """An unknown id, or a name that no built page records."""
 
 
 class PlaceLine(NamedTuple):
-    """One thing and its place, `path:line`, with its own name."""
+    """One entry with its location, `path:line`, and its name."""
 
     word: str
     place: str
@@ -53,7 +53,7 @@ class PlaceLine(NamedTuple):
 
 
 class Whereabouts:
-    """What the chapters of the checkout at ``root`` make, and where."""
+    """Locations of everything that the chapters of the checkout at ``root`` make."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -64,7 +64,8 @@ class Whereabouts:
         self.pages = {page_id(root, path): path for path in page_files(root)}
 
     def lines(self, identifier: str) -> list[PlaceLine]:
-        """Every place behind an id, in the order of reading; raises UnknownId."""
+        """Return every location behind an id, in the order of reading; raises
+        UnknownId."""
         claims = self._claims_about(identifier)
         mine = self._producers(identifier) or claims
         if not mine:
@@ -87,16 +88,16 @@ class Whereabouts:
         """Producers of an id, of a page, of a rendered set or of a ledger number."""
         pages = self._pages(identifier)
         number = self.book.numbers.get(OF_NUMBER.sub("", identifier), {})
-        ways = (
+        candidates = (
             [p for p in self.made if p.page in pages],
             [p for p in self.made if p.id == identifier],
             [p for p in self.made if identifier in _rendered(p)],
             self._of_artefact(number.get("artefact")),
         )
-        return next((found for found in ways if found), [])
+        return next((found for found in candidates if found), [])
 
     def _of_artefact(self, artefact: str | None) -> list[Producer]:
-        """What gives the numbers of an artefact, or else what makes it."""
+        """The producer of an artefact's numbers, or else of the artefact."""
         found = [p for p in self.made if p.id == artefact]
         return [p for p in found if p.kind == "numbers"] or found
 
@@ -110,7 +111,7 @@ class Whereabouts:
         return [p for p in self.made if p.kind == "claim" and p.id in about]
 
     def _experiments(self, mine: Iterable[Producer]) -> list[Producer]:
-        """The experiments among ``mine`` and all that they read, and theirs."""
+        """The experiments among ``mine`` and all that they read, recursively."""
         by_id = {p.id: p for p in self.made if p.kind == "experiment"}
         found: dict[str, Producer] = {}
         todo = list(mine)
@@ -146,10 +147,10 @@ class Whereabouts:
     def _algorithms(
         self, starts: Sequence[tuple[tuple[str, str], int]]
     ) -> list[PlaceLine]:
-        """Functions and classes of the library that the chapters' code names.
+        """Functions and classes of the library that code of the chapters names.
 
-        In the order of `ROOMS`, functions before classes, those that use others of the
-        library before those that do not, and those that fewer steps lead to first.
+        In the order of `PACKAGES`, functions before classes, callers of the library
+        before others, nearest first.
         """
         found: dict[tuple[str, str], tuple] = {}
         todo = deque(sorted(starts, key=lambda start: start[1]))
@@ -177,8 +178,8 @@ class Whereabouts:
         if not written.startswith(("def ", "class ")) or target[1].endswith("Error"):
             return ()
         folder = target[0].split(".")[1]
-        inside = [number for number, rooms in enumerate(ROOMS) if folder in rooms]
-        room = (*inside, len(ROOMS))[0] + 1.5 * written.startswith("class ")
+        inside = [number for number, rooms in enumerate(PACKAGES) if folder in rooms]
+        room = (*inside, len(PACKAGES))[0] + 1.5 * written.startswith("class ")
         uses = any(m.startswith("raxel.") for m, _ in self.named(target))
         return room, target[1].startswith("_"), not uses, steps
 
@@ -197,15 +198,15 @@ class Whereabouts:
                 unbuilt += [] if record else [one]
         if unbuilt and not found:
             raise UnknownId(
-                f"{name}: quoted on {', '.join(unbuilt)}, which is not built; "
-                "make quick (or make report) records where its names are made"
+                f"{name}: quoted on {', '.join(unbuilt)}, which is not built; run make "
+                "quick (or make report)"
             )
         if not found:
             raise UnknownId(self._unknown(identifier))
         return found
 
     def recorded(self, page: str) -> dict[str, dict]:
-        """Name -> where it was made, from the built page (full before quick)."""
+        """Name -> where it was made, from the built page (full preferred to quick)."""
         for effort in ("full", "quick"):
             built = self.root / f"report/build/{effort}/pages/{page}.ipynb"
             if built.is_file():
@@ -214,7 +215,7 @@ class Whereabouts:
         return {}
 
     def _behind(self, record: dict) -> list[PlaceLine]:
-        """What stands behind a name: its line, experiments, algorithms and data."""
+        """The origin of a name: its line, experiments, algorithms and data."""
         module = self._module(self.root / record["path"])
         place = f"{record['path']}:{record['line']}"
         value = PlaceLine("value", place, record["function"])
@@ -227,7 +228,7 @@ class Whereabouts:
     # Places
 
     def _data(self, made: Iterable[Producer]) -> list[PlaceLine]:
-        """Files of the full build that these have left."""
+        """Files of these in the full build."""
         base = self.root / "figures" / "full"
         names: list[Path] = []
         for one in made:
@@ -251,7 +252,7 @@ class Whereabouts:
         book = self.book
         printed = {*book.artefacts, *book.claims, *book.numbers}
         if identifier in printed:
-            return f"{identifier}: in the thesis, and no page makes it yet"
+            return f"{identifier}: in the thesis, but no page makes it yet"
         known = printed | {p.id for p in self.made} | set(self.pages)
         near = difflib.get_close_matches(identifier, sorted(known), n=3)
         hint = f"did you mean {', '.join(near)}?" if near else "see the scoreboard"
@@ -275,7 +276,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _line_with(path: Path, quoted: str) -> int:
-    """Number of the first line that quotes a name, whole; 0 where none does."""
+    """Number of the first line that quotes a whole name; 0 without one."""
     whole = re.compile(re.escape(quoted) + "[:`]")
     return next((n for n, li in enumerate(_lines(path), 1) if whole.search(li)), 0)
 
@@ -290,7 +291,7 @@ def shown(lines: Sequence[PlaceLine]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print where the given ids are made; exit status 1 for one that nothing has."""
+    """Print where the given ids are made; exit status 1 for an unknown one."""
     given = list(sys.argv[1:] if argv is None else argv)
     if not given:
         print("make where ID: give an id, such as table_3_4", file=sys.stderr)

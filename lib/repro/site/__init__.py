@@ -1,1 +1,1 @@
-"""The site: pages put together, built and checked."""
+"""The site: pages assembled, built and checked."""

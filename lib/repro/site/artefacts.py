@@ -1,7 +1,7 @@
-"""The page of all artefacts: each with picture, verdict, finding and what is behind it.
+"""The page of all artefacts: each with image, verdict, finding and sources.
 
-A finding is one sentence and comes from the build: from the verdicts of the claims that
-name the artefact; where there are none, from its own check or its caption.
+A finding is one sentence from the build: from the verdicts of the claims that name the
+artefact, or else from its own check or its caption.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from repro.page.wording import label, number_in, plain, rounded
 from repro.site.numbered import listed
 
 TEMPLATES = Path(__file__).with_name("templates")
-# Of a table, its preview shows so many columns and rows, and so much of a cell.
+# Columns, rows and length of a cell in the preview of a table.
 COLUMNS, ROWS, CELL = 3, 4, 22
-# An exclamation mark stands in the name of a camera, and ends no caption.
+# An exclamation mark is part of a camera's name, and does not end a caption.
 SENTENCE = re.compile(r"(?<=[.?])\s+(?=[A-Z(])")
 CLAUSE = re.compile(r"[;:(]")
 
 
 @dataclass(frozen=True)
 class Artefact:
-    """A figure or table of the build, and all that a reader may want of it.
+    """A figure or table of the build, with all its links.
 
-    lines: no picture is in what its card shows (`repro.page.style.only_lines`).
+    lines: its card shows no image (`repro.page.style.only_lines`).
     """
 
     name: str
     label: str
-    said: str
+    caption: str
     page: str
     row: Mapping | None
     finding: str
@@ -55,7 +55,7 @@ class Artefact:
 def artefacts(
     furnisher: Furnisher, pages: Sequence[str], board: Sequence[Mapping]
 ) -> list[Artefact]:
-    """The artefacts of a build, page by page, those of the thesis first.
+    """Return the artefacts of a build, page by page, those of the thesis first.
 
     ``pages`` are the ids of its pages in order, ``board`` the rows of the scoreboard.
     """
@@ -87,7 +87,7 @@ def page(
     chapters: Sequence[tuple[str, Sequence]],
     thesis: Mapping[str, dict],
 ) -> str:
-    """The page, MyST with HTML; ``chapters`` are titles with the pages of each.
+    """Return the page, MyST with HTML; ``chapters`` are titles with the pages of each.
 
     ``thesis`` are the artefacts of the ledger: those of a page come first, and its
     extensions are folded below them.
@@ -111,7 +111,7 @@ def page(
 
 
 def _index(thesis: Mapping[str, dict], built: Container[str]) -> list[dict]:
-    """By chapter of the thesis: kind -> ids that are built, and the others in words."""
+    """By chapter of the thesis: kind -> ids that are built, and the others as text."""
     chapters: dict[str, list[str]] = {}
     for identifier, entry in thesis.items():
         chapters.setdefault(str(entry["chapter"]), []).append(identifier)
@@ -153,7 +153,7 @@ def _artefact(
     return Artefact(
         name=name,
         label=label(identifier),
-        said=first_sentence(about["caption"]),
+        caption=first_sentence(about["caption"]),
         page=page,
         row=row,
         finding=finding(row, claims) or first_sentence(about["caption"]),
@@ -168,13 +168,13 @@ def _artefact(
 
 
 def _page(name: str, about: Mapping) -> str:
-    """Id of the page that shows an artefact; one of an image set has the set's name."""
+    """Id of the page of an artefact; a page of an image set has the set's name."""
     chapter, own = about["source"][0].split("/")[:2]
     return f"{chapter}/{name.partition('@')[2] or own}"
 
 
 def finding(row: Mapping | None, claims: Sequence[Mapping]) -> str:
-    """One sentence on what came out, from verdicts; empty where there are none.
+    """Return one sentence on the result, from verdicts; empty without any.
 
     ``row`` is the artefact's row of the scoreboard, ``claims`` those of its claims.
     """
@@ -195,41 +195,41 @@ def finding(row: Mapping | None, claims: Sequence[Mapping]) -> str:
         return f"{hold}: {_quoted(held)}"
     if open_:
         return f"Undecided: {_quoted(open_)}"
-    _, checked, said = (row["reason"] if row else "").rpartition("check: ")
+    _, checked, check = (row["reason"] if row else "").rpartition("check: ")
     drawn = row and checked and row["verdict"] in ("reproduced", "differs")
-    return f"{said[:1].upper()}{said[1:]}." if drawn else ""
+    return f"{check[:1].upper()}{check[1:]}." if drawn else ""
 
 
 def _quoted(claims: Sequence[Mapping]) -> str:
-    """The statement of the first claim, and how many others share its verdict.
+    """The statement of the first claim, and the number of others with its verdict.
 
-    What came out here stands with it: words, or a number and what it is a number of.
+    The regenerated value follows: words, or a number and its meaning.
     """
     first, more = claims[0], len(claims) - 1
-    said, found = (first[key] for key in ("published", "regenerated"))
-    told = [f"“{' '.join(said.split()).rstrip('.')}”"]
+    statement, found = (first[key] for key in ("published", "regenerated"))
+    parts = [f"“{' '.join(statement.split()).rstrip('.')}”"]
     if isinstance(found, str):
-        told.append(f" (here: {' '.join(found.split())})")
+        parts.append(f" (here: {' '.join(found.split())})")
     if more:
-        told.append(f", and {more} more")
+        parts.append(f", and {more} more")
     if isinstance(found, int | float):
         number = rounded(found, first["interval"], first["unit"])
-        told.append(f"; here {number}, {_meaning(first['reason'])}".rstrip(", "))
-    return f"{''.join(told)}."
+        parts.append(f"; here {number}, {_meaning(first['reason'])}".rstrip(", "))
+    return f"{''.join(parts)}."
 
 
 def _meaning(reason: str) -> str:
-    """What the number of a claim is: the first clause of its reason."""
+    """Meaning of the number of a claim: the first clause of its reason."""
     return " ".join(CLAUSE.split(reason, maxsplit=1)[0].split()).rstrip(" ,")
 
 
 def first_sentence(caption: str) -> str:
-    """The first sentence of a caption, without markup."""
+    """Return the first sentence of a caption, without markup."""
     return SENTENCE.split(plain(caption), maxsplit=1)[0]
 
 
 def preview(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Head and first cells of a table, without the ends of intervals."""
+    """Return head and first cells of a table, without the ends of intervals."""
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = islice(csv.reader(file), ROWS + 1)
     shown = [
@@ -240,7 +240,7 @@ def preview(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 def _cut(cell: str) -> str:
-    said = plain(cell)
-    number = number_in(said)
-    said = said if number is None else f"{number:.4g}"
-    return said if len(said) <= CELL else f"{said[: CELL - 1]}…"
+    text = plain(cell)
+    number = number_in(text)
+    text = text if number is None else f"{number:.4g}"
+    return text if len(text) <= CELL else f"{text[: CELL - 1]}…"

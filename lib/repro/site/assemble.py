@@ -3,12 +3,11 @@
     python -m repro.site.assemble --effort full --pages NB... --scoreboard F --json F
                                   --out SOURCE
 
-Sphinx gets one folder with everything in it. The guide for photographs is the README of
-`data/recorded`: it stands in both places and is written once. The pages that depend on
-what was built (the start page, one index per chapter) are templates in `report/source`,
-filled here: numbers in them are counted from the scoreboard, and a chapter is listed
-when it has a page. What readers may download goes to `_extra`, which Sphinx copies to
-the top of the site.
+Sphinx gets one folder with all sources. The guide to image sets is the README of
+`data/recorded`. The pages that depend on the build (the start page, one index per
+chapter) are templates in `report/source`, filled here: their numbers are counted from
+the scoreboard, and a chapter is listed if it has a page. Downloads go to `_extra`,
+which Sphinx copies to the top of the site.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ DOWNLOADS_BY = (
     source_pages.__file__,
     source_pages.TEMPLATES / "source.html.jinja",
 )
-"""What notebooks and pages of code are made by."""
+"""Code that makes notebooks and pages of code."""
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -90,7 +89,7 @@ def assemble(
         {
             "effort": effort,
             "sources": {f"{p.parent.name}/{p.stem}": source_of(p) for p in pages},
-            # Neighbours show a page's title: when one changes, they are written again.
+            # Neighbours show the title: when it changes, they are written again.
             "titles": _titles(chapters, wanted),
             "entries": {page.name: page.entry for page in documents(chapters)},
             "codes": codes(root, furnisher.book, board),
@@ -113,7 +112,7 @@ def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
 def _extra(
     root: Path, effort: str, pages: Sequence[Path], rows: Path
 ) -> dict[str, Content]:
-    """What can be downloaded: figures, tables, results, pages, the scoreboard, code."""
+    """Downloads: figures, tables, results, pages, the scoreboard, code."""
     base = root / "figures" / effort
     kept: dict[str, Content] = {"scoreboard.json": rows}
     named = {path.stem for path in pages}
@@ -138,10 +137,10 @@ def _extra(
 
 
 def _is_of(path: Path, pages: set[str]) -> bool:
-    """Whether a file is of this build: what is of an image set, of one with a page.
+    """Whether a file is of this build: a file of an image set, if the set has a page.
 
-    Pictures of a set of an earlier build may be somebody's private photographs. What a
-    killed job has not finished has a dot before its name.
+    Images of sets of earlier builds may be private. Unfinished files of killed jobs
+    begin with a dot.
     """
     _, at, image_set = path.name.partition("@")
     own = not at or any(image_set.startswith(f"{name}.") for name in pages)
@@ -149,7 +148,7 @@ def _is_of(path: Path, pages: set[str]) -> bool:
 
 
 def _log(run: Path) -> str:
-    """A run record to hand on: without the name of the machine."""
+    """A run record for publication: without the name of the machine."""
     record = json.loads(run.read_text("utf-8"))
     record.pop("host", None)
     return json.dumps(record, indent=1) + "\n"
@@ -173,7 +172,7 @@ def _code(root: Path, known: Kept) -> dict[str, Content]:
 def _filled(
     root: Path, effort: str, chapters: Sequence[Chapter], board: list[dict]
 ) -> dict[str, str]:
-    """The pages made from templates; an unknown name in one is an error."""
+    """The pages from templates; an unknown name in one is an error."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     templates = Environment(

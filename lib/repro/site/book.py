@@ -1,7 +1,7 @@
 """`make pdf`: the chapters of a built site as one document, printed by Chromium.
 
-Every page of a chapter lies one folder below the site, so one page at that depth can
-hold all their articles: links to figures stay right, and figures stay vectors.
+Every page of a chapter is one folder below the site, so one page at that depth can
+contain all articles: links to figures remain valid, and figures remain vectors.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-# The budget is for formulas: MathJax sets them in the browser.
+# The time is for formulas, which MathJax sets in the browser.
 OPTIONS = (
     "--headless",
     "--no-sandbox",
@@ -23,7 +23,7 @@ OPTIONS = (
     "--virtual-time-budget=600000",
 )
 ARTICLE = re.compile(r"<article.*?</article>", re.DOTALL)
-# Pages with formulas alone have the scripts that set them.
+# Only pages with formulas have the scripts for them.
 MATHS = re.compile(r"<script(?:>window.MathJax| [^>]*/tex-).*?</script>")
 STYLE = """<style>
 @page { size: A4; margin: 18mm 16mm; }
@@ -34,7 +34,8 @@ h1, h2, h3 { break-after: avoid; } figure, tr, pre { break-inside: avoid; }
 
 
 def book(site: Path) -> str:
-    """One HTML page: contents, then the articles of all chapters and appendices."""
+    """Return one HTML page: contents, then the articles of all chapters and
+    appendices."""
     chapters = [*sorted(site.glob("ch[0-9]*")), *sorted(site.glob("appendix_*"))]
     contents, articles, maths = [], [], {}
     for chapter in chapters:
@@ -57,7 +58,7 @@ def book(site: Path) -> str:
 
 
 def main(site: Path, out: Path) -> str:
-    """Print the book of ``site`` to ``out``; what is missing, or nothing."""
+    """Print the book of ``site`` to ``out``; return what is missing, or nothing."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not (site / "index.html").is_file():
         return f"no {site} yet: make report (or quick)"

@@ -1,4 +1,4 @@
-"""The chapters of the site and their pages, as the executed notebooks have them."""
+"""The chapters of the site and their pages, from the executed notebooks."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ GUIDES = "guides"
 
 @dataclass(frozen=True)
 class Document:
-    """A page of a chapter: its name in the site, its title, what it has of the thesis.
+    """A page of a chapter: its name in the site, its title, its artefacts.
 
-    ``entry`` is what navigation calls it, ``held`` the ids of its numbered artefacts.
+    ``entry`` is its name in the navigation, ``held`` the ids of its numbered artefacts.
     """
 
     name: str
@@ -44,20 +44,21 @@ class Chapter:
 
     @property
     def number(self) -> str:
-        """The thesis's number or letter of the chapter; empty for other pages."""
+        """Return the thesis's number or letter of the chapter; empty for other
+        pages."""
         found = re.match(r"ch0*(\d+)_|appendix_([a-z])", self.folder)
         return (found[1] or found[2].upper()) if found else ""
 
     @property
     def guides(self) -> bool:
-        """Whether its pages stand for themselves, each with an entry at the start."""
+        """Return whether each of its pages has an entry on the start page."""
         return self.folder == GUIDES
 
 
 def chapters_of(
     root: Path, pages: Iterable[Path], held: Mapping[str, Sequence[str]]
 ) -> list[Chapter]:
-    """Chapters of the given notebooks, in the order of the thesis, the others last.
+    """Return chapters of the given notebooks, in the order of the thesis, others last.
 
     ``held`` : page -> ids of the artefacts of the thesis that it has.
     """
@@ -76,9 +77,9 @@ def chapters_of(
 def _place(root: Path, page: Document) -> tuple:
     """Sort key in a chapter: by the section that the title begins with.
 
-    Pages of one section follow the numbers of what they have of the thesis; without
-    any, they stand behind these by name. Pages without a section stand behind all of
-    them, and those of image sets last.
+    Pages of one section are sorted by the numbers of their artefacts; pages without
+    artefacts follow by name. Pages without a section follow all of them, and those of
+    image sets are last.
     """
     file = root / "chapters" / page.name / PAGE_FILE
     section = re.match(r"[0-9A-Z](\.[0-9]+)+", page.title)
@@ -100,22 +101,24 @@ def _chapter(root: Path, folder: str, pages: list[Document]) -> Chapter:
     code = path.read_text("utf-8") if path.is_file() else ""
     text = ast.get_docstring(ast.parse(code))
     if not text:
-        raise PageError(f"{path}: no docstring; its first line is the chapter's title")
+        raise PageError(
+            f"{path}: no docstring; give the chapter's title in its first line"
+        )
     title, _, intro = text.partition("\n")
     documents = sorted(pages, key=lambda page: _place(root, page))
     return Chapter(folder, title.strip().rstrip("."), intro.strip(), tuple(documents))
 
 
 def title_of(path: Path) -> str:
-    """First heading of a notebook or Markdown page, as it stands there."""
+    """First heading of a notebook or Markdown page, unchanged."""
     found = re.search(r"^# +(.+)$", _markdown(path), flags=re.M)
     if not found:
-        raise PageError(f"{path}: no heading; a page begins with a line '# Title'")
+        raise PageError(f"{path}: no heading; begin the page with a line '# Title'")
     return found[1].strip()
 
 
 def summary_of(path: Path) -> str:
-    """First paragraph below the first heading, without markup; empty for none."""
+    """First paragraph below the first heading, without markup; empty without one."""
     _, _, rest = re.split(r"^(# +.+)$", _markdown(path), maxsplit=1, flags=re.M)
     first = next((part for part in rest.split("\n\n") if part.strip()), "").strip()
     return "" if re.match(r"[#|:`$<-]", first) else literal(plain(first))
@@ -136,7 +139,7 @@ def _notebook(path: Path) -> dict:
 
 @cache
 def _read_notebook(path: Path, changed: int) -> dict:
-    """A notebook with this time of change: one that stays is read once."""
+    """A notebook with this modification time: an unchanged one is read once."""
     return json.loads(path.read_text("utf-8"))
 
 

@@ -1,12 +1,12 @@
-"""Check a built site: every link leads somewhere, and nothing is loaded from a host.
+"""Check a built site: all links are valid, and nothing is loaded from a host.
 
     python -m repro.site.check report/site
 
 A page must work from a folder on a disk without a network. So links are files (a folder
-would show a listing), anchors exist, images say what they show, and scripts, styles,
-fonts and images come from the site itself. Links that a reader may follow to the world
-outside are fine. No code stands in an address or an attribute: a name that somebody
-gave a photograph would be the way in.
+would show a listing), anchors exist, images have alternative texts, and scripts,
+styles, fonts and images are part of the site. Links to other sites are allowed.
+Addresses and attributes contain no code, which could be injected through names of
+images.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
 CSS_URL = re.compile(r"""url\(\s*['"]?([^'")]+)|@import\s+['"]([^'"]+)""")
-# What a script written into a page fetches by a whole address.
+# Absolute addresses that an inline script fetches.
 SCRIPT_LOADS = re.compile(
     r"""(?:fetch\(|import\(?|importScripts\(|\.open\(|\.(?:src|href)\s*=)"""
     r"""\s*["'`]((?:https?:)?//[^"'`]+)"""
@@ -47,7 +47,7 @@ NOT_LOADED = {"canonical", "prev", "next", "author", "license", "index", "search
 
 
 class Reference(NamedTuple):
-    """An address in a page: where it stands, and whether a browser loads it unasked."""
+    """An address in a page: its line, and whether a browser loads it automatically."""
 
     line: int
     address: str
@@ -55,7 +55,7 @@ class Reference(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What is wrong, and where."""
+    """A problem and its position."""
 
     file: str
     line: int
@@ -66,7 +66,7 @@ class Problem(NamedTuple):
 
 
 class PageReader(HTMLParser):
-    """Ids and references of a page; its faults: what a reader without sight misses."""
+    """Ids and references of a page, and its accessibility faults."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -133,7 +133,7 @@ def css_addresses(text: str) -> list[str]:
 
 @cache
 def led_to(site: Path, folder: Path, address: str) -> tuple[Path, str]:
-    """The file that an address in a page of ``folder`` names, and what is wrong."""
+    """The file that an address in a page of ``folder`` names, and the fault."""
     target = (folder / unquote(address)).resolve()
     if target != site and site not in target.parents:
         return target, "leads out of the site"
@@ -143,7 +143,7 @@ def led_to(site: Path, folder: Path, address: str) -> tuple[Path, str]:
 
 
 def check_site(site: Path) -> list[Problem]:
-    """Every problem of the site at ``site``; an empty list for a good one."""
+    """Return every problem of the site at ``site``; an empty list if there is none."""
     led_to.cache_clear()
     site = site.resolve()
     pages = {path: _page(path, site) for path in sorted(site.rglob("*.html"))}
@@ -164,7 +164,7 @@ def _page(path: Path, site: Path) -> PageReader:
     text = path.read_text("utf-8")
     if path.relative_to(site).parts[0] != CODE:
         return PageReader(text)
-    # A page of code has long text, and one link that our own template writes.
+    # A page of code has a long text, and one link from our own template.
     page = PageReader("")
     page.ids = set(ID.findall(text))
     return page
@@ -200,7 +200,7 @@ def _fault(
     if wrong:
         return f"link {shown}: {wrong}"
     anchor = unquote(parts.fragment)
-    # With an equals sign it is no anchor but the state of a page's filters.
+    # With an equals sign it is not an anchor but the state of a page's filters.
     if (
         anchor
         and "=" not in anchor

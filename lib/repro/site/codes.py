@@ -1,9 +1,9 @@
-"""Codes become links when the pages are put together: E-2.10, `c2_crossover`.
+"""Codes become links when the pages are assembled: E-2.10, `c2_crossover`.
 
-A Sphinx extension. `site.json` says where each code leads: those of the errata, and ids
-of the ledger that no other word could be, for they have an underscore. This holds for
-Markdown and for HTML within it, for text and for code that is nothing but an id; what
-is a link already, a heading or a longer piece of code stays as it is.
+A Sphinx extension. `site.json` has the target of each code: those of the errata, and
+ids of the ledger with an underscore, which are unambiguous. Codes are replaced in
+Markdown and in HTML within it, in text and in code that consists of an id only. Links,
+headings and longer pieces of code do not change.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from docutils import nodes
 
 CODE = re.compile(
     r"\bE-[0-9A-Z]+\.[0-9]+\b"
-    # An id, and no part of a file's name, a path or a call.
+    # An id that is not part of a file's name, a path or a call.
     r"|(?<![\w./-])[A-Za-z][A-Za-z0-9]*_\w+\b(?![/(=]|\.\w)"
 )
 # Pieces of HTML: a whole element in which nothing is replaced, a tag, or text.
@@ -36,14 +36,14 @@ KEPT = (
 
 
 def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> None:
-    """Put links in place of the codes of a page; ``up`` leads to the top of the site.
+    """Replace the codes of a page by links; ``up`` is the path to the top of the site.
 
     ``known`` : code -> address from the top.
     """
     for text in list(doctree.findall(nodes.Text)):
         if not CODE.search(text) or _inside(text, *KEPT):
             continue
-        # Found by what it is: an equal text may stand beside it.
+        # Found by identity: another node may have an equal text.
         place = next(k for k, one in enumerate(text.parent) if one is text)
         if not _in_tag(text.parent[:place]):
             text.parent[place : place + 1] = _linked(text, known, up)
@@ -59,8 +59,8 @@ def link_codes(doctree: nodes.document, known: Mapping[str, str], up: str) -> No
 def linked_html(html: str, known: Mapping[str, str], up: str) -> str:
     """The same for a piece of HTML."""
 
-    def anchor(address: str, said: str) -> str:
-        return f'<a href="{escape(up + address)}">{said}</a>'
+    def anchor(address: str, text: str) -> str:
+        return f'<a href="{escape(up + address)}">{text}</a>'
 
     def replaced(piece: re.Match) -> str:
         whole = piece[0]
@@ -85,7 +85,7 @@ def _inside(node: nodes.Node, *kinds: type) -> bool:
 
 
 def _in_tag(before: list[nodes.Node]) -> bool:
-    """Whether a link or code is open, of which Markdown has each tag as HTML."""
+    """Whether a link or code element is open; Markdown has each tag as HTML."""
     tags = "".join(node.astext() for node in before if isinstance(node, nodes.raw))
     return len(OPENED.findall(tags)) > len(CLOSED.findall(tags))
 
@@ -113,7 +113,8 @@ def _on_page(app, doctree: nodes.document) -> None:
 
 
 def setup(app) -> dict:
-    """Read the codes of the site; a page is read anew when they or this file change."""
+    """Read the codes of the site; a page is read again when they or this file
+    change."""
     site = json.loads((Path(app.srcdir) / "site.json").read_text("utf-8"))
     app.add_config_value("raxel_codes", site["codes"], "env")
     app.add_config_value("raxel_codes_file", Path(__file__).read_text("utf-8"), "env")

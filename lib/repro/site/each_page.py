@@ -1,9 +1,9 @@
-"""What Sphinx works out anew for each page of the site, worked out once.
+"""Cache what Sphinx computes again for each page of the site.
 
-A Sphinx extension. The tree of all pages stands beside each of them: for it Sphinx
-copies all their sections, to leave them out then. Here they are left out before. And
-words that pages share are stemmed once for the search. The links to the previous and
-the next page get the first sentence of that page.
+A Sphinx extension. Each page shows the tree of all pages, for which Sphinx copies all
+sections and then removes them. Here they are removed before. Words that pages share are
+stemmed once for the search. Links to the previous and the next page get the first
+sentence of that page.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from docutils import nodes
 from sphinx import addnodes
 
 BEFORE_FURO = 400
-"""A priority: the theme asks for the tree at the usual one, 500."""
+"""A priority: the theme requests the tree at the default one, 500."""
 
 
 def without_sections(contents: nodes.bullet_list) -> nodes.bullet_list:
@@ -85,7 +85,7 @@ def _on_page(app, name: str, template: str, context: dict, doctree) -> None:
 
 @cache
 def _titles(environment) -> dict[str, nodes.bullet_list]:
-    """Of every page; once all are read, none of them changes any more."""
+    """Data of every page; they do not change after all pages are read."""
     return {n: without_sections(c) for n, c in environment.tocs.items()}
 
 

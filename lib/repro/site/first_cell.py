@@ -1,7 +1,7 @@
 """The first cell of a notebook: it finds the checkout that the notebook belongs to.
 
-The functions of this file are the cell, and a last line calls `begin`. They use the
-standard library alone and stop with one line where a page could not run.
+The functions of this file are the cell, and a last line calls `begin`. They use only
+the standard library and stop with one line if the page cannot run.
 """
 
 import importlib.util
@@ -13,14 +13,14 @@ NEEDED = ("numpy", "scipy", "cv2", "numba", "matplotlib", "yaml", "jinja2")
 
 
 class CannotRun(Exception):
-    """Why no cell can run, shown as one line without a traceback."""
+    """Reason why no cell can run, shown as one line without a traceback."""
 
     def _render_traceback_(self):
         return [str(self)]
 
 
 def begin(effort, page, image_set):
-    """Go to the checkout, take its code and no other, and name the build to read."""
+    """Change to the checkout, use only its code, and select the build to read."""
     root = find_checkout()
     lacking = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if lacking:
@@ -41,7 +41,7 @@ def begin(effort, page, image_set):
 
 def find_checkout():
     """The checkout around this notebook, or else the one whose raxel is installed."""
-    # JupyterLab and VS Code say where the notebook is; it may be run from elsewhere.
+    # JupyterLab and VS Code provide the notebook's path; its folder may differ.
     named = os.environ.get("JPY_SESSION_NAME") or globals().get("__vsc_ipynb_file__")
     installed = importlib.util.find_spec("raxel")
     for start in (named, os.getcwd(), installed and installed.origin):
@@ -50,6 +50,6 @@ def find_checkout():
             if all((folder / part).is_dir() for part in ("chapters", "data/published")):
                 return folder
     raise CannotRun(
-        "No checkout of Raxel around this notebook: its cells need the code and the "
-        "results. Put it into a checkout and run `make lab` there; its README says how."
+        "No checkout of Raxel around this notebook, which needs its code and results; "
+        "move it into a checkout and run `make lab` there (see README.md)."
     )

@@ -1,4 +1,4 @@
-"""The ledger as pages: settings, with what was chosen and why, and the errata.
+"""The ledger as pages: settings with their reasons, and the errata.
 
 Each setting, reading and erratum has its code as anchor.
 """
@@ -31,9 +31,10 @@ def ledger_pages(root: Path, book: ledger.Ledger) -> dict[str, str]:
 
 
 def codes(root: Path, book: ledger.Ledger, rows: Iterable[Mapping]) -> dict[str, str]:
-    """Where each code leads: errata, settings, readings, rows of the scoreboard.
+    """Return the target of each code: errata, settings, readings, rows of the
+    scoreboard.
 
-    An id without an underscore may be any word; it leads nowhere.
+    An id without an underscore may be any word and gets no link.
     """
     found = {row["id"]: f"scoreboard.html#{row['id']}" for row in rows}
     found |= {name: f"settings.html#{name}" for name in book.settings}

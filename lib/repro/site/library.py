@@ -1,7 +1,7 @@
-"""The library's reference: what its packages export, by Sphinx's autodoc.
+"""The reference of the library: exports of its packages, by Sphinx's autodoc.
 
-A Sphinx extension, and the pages that it fills. Docstrings are plain text with code in
-backquotes, so everything else in them is escaped.
+A Sphinx extension and its pages. Docstrings are plain text with code in backquotes, so
+everything else in them is escaped.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def library_pages(library: Path) -> dict[str, str]:
 
 
 def as_rst(lines: list[str]) -> list[str]:
-    """A docstring as reStructuredText: paragraphs and lists, the rest as it stands."""
+    """A docstring as reStructuredText: paragraphs and lists, the rest unchanged."""
     written: list[str] = []
     for block in re.split(r"\n\s*\n", inspect.cleandoc("\n".join(lines))):
         own = block.splitlines()
@@ -51,7 +51,7 @@ def as_rst(lines: list[str]) -> list[str]:
             own = own[2:]
         aligned = any(line[:1] == " " for line in own) and not LIST_ITEM.match(block)
         if own[0].startswith(">>>") or (aligned and not headed):
-            # An example, or aligned by hand: only a fixed-width setting is readable.
+            # An example or aligned text: readable only with a fixed-width font.
             written += ["::", "", *(f"    {line}" for line in own), ""]
             continue
         if headed:
@@ -61,7 +61,7 @@ def as_rst(lines: list[str]) -> list[str]:
 
 
 def escaped(text: str) -> str:
-    """Text in which nothing but code in backquotes has a meaning."""
+    """Text in which only code in backquotes is markup."""
     parts, last = [], 0
     for found in CODE.finditer(text):
         code = " ".join(found[0].strip("`").split())
@@ -72,7 +72,7 @@ def escaped(text: str) -> str:
 
 
 def source_of(domain: str, info: dict) -> str | None:
-    """Address of the page of code where something of the reference is defined."""
+    """Address of the page of code with the definition of an entry."""
     found = sys.modules[info["module"]]
     for name in info["fullname"].split("."):
         found = getattr(found, name, None)

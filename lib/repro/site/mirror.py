@@ -1,4 +1,4 @@
-"""Make a folder hold exactly the wanted files, touching only what differs."""
+"""Make a folder contain exactly the wanted files; write only those that differ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from repro.run.results import write_atomic
 
 
 class Made(NamedTuple):
-    """A text known by its SHA-256, and made only where that is not there already."""
+    """A text identified by its SHA-256, made only if it is not there yet."""
 
     sha256: str
     text: Callable[[], str]
@@ -24,11 +24,11 @@ Content = Path | str | Made
 
 
 def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
-    """Write, replace and remove files below ``folder``; return the names touched.
+    """Write, replace and remove files below ``folder``; return the changed names.
 
     ``wanted`` maps a path relative to ``folder`` to a file to copy or to a text. A file
-    whose content is right already keeps its date, so that tools that look at dates see
-    nothing new. Files are replaced whole.
+    with the right content keeps its date, for tools that compare dates. Files are
+    replaced completely.
     """
     touched = []
     for name, content in wanted.items():
@@ -47,7 +47,8 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
 
 
 def made(kept: Kept, path: Path, text: Callable[[], str]) -> Made:
-    """What ``text`` makes of a file, which is made anew when the file changes."""
+    """Return the output of ``text`` for a file, which is repeated when the file
+    changes."""
     text = cache(text)
     return Made(kept.of(path, lambda own: (_hash(text().encode()), [own])), text)
 
@@ -73,7 +74,7 @@ def _equal(path: Path, content: Content) -> bool:
 
 
 def files_below(folder: Path) -> dict[str, Path]:
-    """Every file below ``folder`` by its relative path, caches left out."""
+    """Return every file below ``folder`` by its relative path, without caches."""
     return {
         path.relative_to(folder).as_posix(): path
         for path in sorted(folder.rglob("*"))

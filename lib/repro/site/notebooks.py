@@ -1,4 +1,4 @@
-"""The executed pages as notebooks to work in, wherever in a checkout they lie."""
+"""The executed pages as notebooks to work in, anywhere in a checkout."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ FOLDED = {"hide-cell", "hide-input", "remove-cell", "remove-input"}
 def notebooks(pages: list[Path], folder: Path) -> None:
     """Write the executed pages to ``folder``, one sub-folder per chapter.
 
-    What an earlier build wrote goes. A notebook that somebody has worked in stays, as
-    `NAME-yours.ipynb` beside the new one. So the files are not among those that a job
-    left (`repro.run.results`): a changed one would be taken for damaged.
+    Files of an earlier build are removed. An edited notebook is kept as
+    `NAME-yours.ipynb` next to the new one. So the files are not in the record of the
+    job (`repro.run.results`), which would take an edited one for damaged.
     """
     _clear(folder)
     hashes = {}
@@ -40,7 +40,7 @@ def notebooks(pages: list[Path], folder: Path) -> None:
 
 
 def workable(page: Path) -> str:
-    """An executed page as a notebook that runs where it lies: with a first cell.
+    """An executed page as a notebook that runs in its folder: with a first cell.
 
     Code that is folded or hidden on the page is folded.
     """
@@ -62,7 +62,7 @@ def workable(page: Path) -> str:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the notebooks that are as they were written."""
+    """Remove the unedited notebooks."""
     record = folder / WRITTEN
     if not record.is_file():
         return
@@ -73,7 +73,7 @@ def _clear(folder: Path) -> None:
 
 
 def _free(path: Path) -> Path:
-    """A name beside ``path`` that nothing has."""
+    """An unused name next to ``path``."""
     count, kept = 1, path.with_stem(f"{path.stem}-yours")
     while kept.exists():
         count += 1

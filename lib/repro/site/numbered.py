@@ -1,4 +1,4 @@
-"""The thesis's own artefacts by number: which page has which, and many in few words."""
+"""Numbered artefacts of the thesis: their pages, and short lists of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from repro.run.discover import Producer
 def by_page(
     made: Iterable[Producer], artefacts: Mapping[str, dict]
 ) -> dict[str, list[str]]:
-    """Page -> ids of what it produces of the thesis, in the order of `natural`.
+    """Return page -> ids of its artefacts of the thesis, in the order of `natural`.
 
     ``artefacts`` are those of the ledger.
     """
@@ -25,13 +25,13 @@ def by_page(
 
 
 def listed(identifiers: Sequence[str]) -> str:
-    """Artefacts in few words: Fig. 4.7 to 4.9, Table 4.4. They come in order."""
-    said = []
+    """Return a short list of sorted artefacts: Fig. 4.7 to 4.9, Table 4.4."""
+    parts = []
     for _, own in groupby(identifiers, key=_kind):
         runs = _runs(list(own))
         word = label(runs[0][0]).rpartition(" ")[0]
-        said.append(f"{word} {', '.join(map(_numbers, runs))}")
-    return ", ".join(said)
+        parts.append(f"{word} {', '.join(map(_numbers, runs))}")
+    return ", ".join(parts)
 
 
 def _kind(identifier: str) -> str:
@@ -39,13 +39,13 @@ def _kind(identifier: str) -> str:
 
 
 def _numbers(run: Sequence[str]) -> str:
-    """The numbers of a run; of three and more the ends."""
+    """The numbers of a run; the ends of three or more."""
     numbers = [label(identifier).rpartition(" ")[2] for identifier in run]
     return f"{numbers[0]} to {numbers[-1]}" if len(run) > 2 else ", ".join(numbers)
 
 
 def _runs(identifiers: Sequence[str]) -> list[list[str]]:
-    """The same in groups: numbers that follow each other without a gap."""
+    """Groups of consecutive numbers."""
     runs: list[list[str]] = []
     for identifier in identifiers:
         before, _, last = identifier.rpartition("_")
@@ -58,9 +58,10 @@ def _runs(identifiers: Sequence[str]) -> list[list[str]]:
 
 
 def entry(title: str, identifiers: Sequence[str]) -> str:
-    """What navigation says of a page: its title up to a colon, and what it holds.
+    """Return the navigation entry of a page: its title up to a colon, and its
+    artefacts.
 
-    What the title names already is not said again; without anything else it stays.
+    Artefacts in the title are not repeated; without artefacts the title is unchanged.
     """
     short = title.partition(":")[0]
     held = [i for i in identifiers if label(i) not in short]

@@ -1,6 +1,6 @@
 """`make readme`: the figures of README.md, reduced from those of the full report.
 
-README.md is read where nothing is built, so they are part of the repository.
+They are part of the repository, because README.md is read without a build.
 """
 
 from PIL import Image

@@ -1,4 +1,4 @@
-"""The scoreboard as a page: every row without JavaScript, filtered with it.
+"""The scoreboard as a page: complete without JavaScript, filtered with it.
 
 python -m repro.site.scoreboard --effort full --judged DIR --out-json F --out-page F
 """
@@ -42,12 +42,12 @@ def _templates() -> Environment:
 
 
 def state(filters: Mapping[str, str]) -> str:
-    """What the page's script puts behind the address for these filters."""
+    """Part of the address that the page's script adds for these filters."""
     return "&".join(f"{k}={v.replace(' ', '+')}" for k, v in filters.items())
 
 
 def _shown(rows: Sequence[Mapping]) -> dict:
-    """What the page's template takes."""
+    """Values of the page's template."""
     count = Counter((row["verdict"], row["kind"]) for row in rows)
     have = {row["verdict"] for row in rows}
     chapters = sorted({str(row["chapter"]) for row in rows}, key=chapter_order)
@@ -88,7 +88,7 @@ def _shown(rows: Sequence[Mapping]) -> dict:
 
 
 def written_before(changed: Sequence[str]) -> str:
-    """When the tests were written, and which of them have been changed since."""
+    """Return when the tests were written, and which of them were changed since."""
     macros = _templates().get_template("changed.html.jinja").module
     return str(macros.written_before(changed))
 

@@ -21,11 +21,12 @@ TEMPLATES = Path(__file__).with_name("templates")
 
 
 def source_page(path: Path, name: str, up: str) -> str:
-    """HTML of a Python file; ``name`` is its place, ``up`` the way to the top."""
+    """Return HTML of a Python file; ``name`` is its path, ``up`` the path to the
+    top."""
     text = path.read_text("utf-8")
     first: dict[str, int] = {}
     for anchor, line in definitions(ast.parse(text), ""):
-        first.setdefault(anchor, line)  # a property has its setter under the same name
+        first.setdefault(anchor, line)  # a property and its setter have the same name
     anchors = {line: anchor for anchor, line in first.items()}
     lines = text.splitlines()
     width = len(str(len(lines)))
@@ -39,7 +40,7 @@ def source_page(path: Path, name: str, up: str) -> str:
 @cache
 def _template() -> Template:
     templates = environment(TEMPLATES)
-    # Between tags a quote means nothing, and code is full of them.
+    # Quotes need no escape between tags, and code has many.
     templates.filters["code"] = lambda line: Markup(escape(line, quote=False))
     return templates.get_template("source.html.jinja")
 

@@ -1,4 +1,4 @@
-"""Build the site with Sphinx, then put it in its place whole.
+"""Build the site with Sphinx, then replace the old one.
 
 python -m repro.site.sphinx --source SOURCE --out SITE
 """
@@ -23,10 +23,10 @@ NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 def build_site(source: Path, out: Path) -> list[str]:
     """Render ``source`` and bring the site at ``out`` up to date; return what changed.
 
-    Sphinx keeps its state beside ``source`` and renders only pages whose source
-    changed. A warning is an error. Then the state goes too: a page with a warning would
-    otherwise count as done, and the next run would pass. So would a page that Sphinx
-    was writing when it was killed.
+    Sphinx keeps its state next to ``source`` and renders only pages whose source
+    changed. A warning is an error. Then the state is removed, too: otherwise a page
+    with a warning would count as done, and the next run would pass. The same holds for
+    a page that Sphinx was writing when it was killed.
     """
     state, built = source.parent / "doctrees", source.parent / "html"
     begun = source.parent / "sphinx.begun"
@@ -49,23 +49,23 @@ def build_site(source: Path, out: Path) -> list[str]:
         if name not in NOT_PUBLISHED
     }
     changed = mirror(wanted, out)
-    WRITTEN.extend(out / name for name in wanted)  # as it is now, with what was right
+    WRITTEN.extend(out / name for name in wanted)  # the present state, with valid files
     print(f"{out}: {len(wanted)} files, {len(changed)} changed")
     return changed
 
 
 def without_source(source: Path, built: Path) -> list[str]:
-    """Built files that nothing in the source stands for any more.
+    """Built files without a source.
 
-    Sphinx leaves them where they are; a page or a picture of an image set that was
-    asked for once must not stay in the site for ever.
+    Sphinx does not delete them; a page or an image of an earlier image set must not
+    remain in the site.
     """
     sources = files_below(source)
     pages = {str(Path(name).with_suffix("")) for name in sources} | GENERATED
     extra = {
         name.removeprefix("_extra/") for name in sources if name.startswith("_extra/")
     }
-    pictures = {Path(name).name for name in sources}
+    image_names = {Path(name).name for name in sources}
     gone = []
     for name in files_below(built):
         top = name.split("/")[0]
@@ -73,7 +73,7 @@ def without_source(source: Path, built: Path) -> list[str]:
         if (
             (page and name.removesuffix(".html") not in pages)
             or (top in DOWNLOADS and name not in extra)
-            or (top == "_images" and Path(name).name not in pictures)
+            or (top == "_images" and Path(name).name not in image_names)
         ):
             gone.append(name)
     return gone
@@ -83,7 +83,7 @@ def _first_complaint(stderr: str, source: Path) -> str:
     lines = [line.strip() for line in stderr.splitlines() if line.strip()]
     marked = [line for line in lines if "WARNING" in line or "ERROR" in line] or lines
     more = f" (and {len(marked) - 1} more)" if len(marked) > 1 else ""
-    first = marked[0] if marked else "Sphinx stopped without a word"
+    first = marked[0] if marked else "Sphinx stopped without a message"
     return f"site: {first.replace(f'{source.resolve()}/', '')}{more}"
 
 

@@ -1,6 +1,6 @@
-"""What the start page may quote: figures, tables and trials of the build.
+"""Content for the start page: figures, tables and trials of the build.
 
-An answer is empty where the build has no such thing: the page can leave it out.
+Results are empty if the build lacks them, so that the page can omit them.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ class Quotable:
     base: Path
 
     def drawn(self, figure: str) -> bool:
-        """Whether the build has a figure."""
+        """Return whether the build has a figure."""
         return (self.base / f"{figure}.svg").is_file()
 
     def only_lines(self, figure: str) -> bool:
-        """Whether a figure of the build has no picture in it (`repro.page.style`)."""
+        """Return whether a figure of the build contains no image
+        (`repro.page.style`)."""
         return bool(json.loads((self.base / f"{figure}.json").read_text())["lines"])
 
     def lines_of(self, artefact: str) -> list[dict[str, str]]:
-        """Lines of a table, or of the data behind a figure: column -> cell."""
+        """Return lines of a table, or of the data of a figure: column -> cell."""
         path = self.base / f"{artefact}.csv"
         if not path.is_file():
             return []
@@ -34,7 +35,7 @@ class Quotable:
             return list(csv.DictReader(file))
 
     def trials_of(self, experiment: str) -> list[dict]:
-        """Values of each trial of an experiment, name -> value."""
+        """Return the values of each trial of an experiment, name -> value."""
         path = self.base / "results" / f"{experiment}.json"
         if not path.is_file():
             return []

@@ -1,1 +1,1 @@
-"""The workflow: from an order to a finished build, with Snakemake."""
+"""The workflow: from a command to a finished build, with Snakemake."""

@@ -1,10 +1,10 @@
-"""Hand a job to the build's warm process (`forks`), or start one for it.
+"""Send a job to the build's warm process (`forks`), or run it in a new process.
 
-A build that was interrupted leaves a file beside the socket: nothing starts any more.
+An interrupted build leaves a file next to the socket: no job starts after that.
 
     python -I -S lib/repro/workflow/ask.py LABEL MODULE ...
 
-It runs once a job: it imports nothing that takes time to import.
+It runs once per job, so it imports only fast modules.
 """
 
 import os
@@ -13,7 +13,7 @@ import sys
 
 
 def main(words):
-    """Exit status of the job; the job writes to this process's streams."""
+    """Return the exit status of the job, which writes to this process's streams."""
     address = os.environ.get("RAXEL_JOBS", "")
     connection = connected(address)
     if connection is None and os.path.exists(f"{address}.ended"):
@@ -30,12 +30,14 @@ def main(words):
     except ConnectionError:
         answer = b""
     if not answer:
-        print("the job ended without a word (killed? out of memory?)", file=sys.stderr)
+        print(
+            "the job ended without a message (killed? out of memory?)", file=sys.stderr
+        )
     return answer[0] if answer else 1
 
 
 def connected(address):
-    """A connection to the warm process, None where there is none."""
+    """A connection to the warm process, None without one."""
     connection = socket.socket(socket.AF_UNIX)
     try:
         connection.connect(address)

@@ -1,7 +1,7 @@
-"""`python -m repro.workflow.build TARGET`: from an order to a finished build.
+"""`python -m repro.workflow.build TARGET`: from a command to a finished build.
 
-Brings the photographs, runs Snakemake with a plain progress display, and names the file
-to look at.
+Downloads the image set, runs Snakemake with a plain progress display, and names the
+file to open.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from repro.workflow.interruption import stopped_by_signals
 from repro.workflow.terminal import say
 from repro.workflow.work import Work, planned
 
-INTERRUPTED = "interrupted; what is finished stays, run it again to go on"
+INTERRUPTED = "interrupted; run it again to continue (finished parts are kept)"
 WHOLE = ("report", "quick", "notebooks")
 
 
 class OrderError(Exception):
-    """An order that cannot be carried out; the message says why and what to do."""
+    """An invalid command; the message states the cause and what to do."""
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Carry out one build order; return its exit status."""
+    """Run one build command; return its exit status."""
     options = _parser().parse_args(argv)
     root = Path.cwd()
     try:
@@ -72,7 +72,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     trials = _checked_trials(options.trials, options.target)
     if options.target in WHOLE:
         _bring_photographs(root)
-    planned.cache_clear()  # of a build before, in the same process
+    planned.cache_clear()  # of an earlier build in the same process
     work = planned(root, options.effort, trials, recorded)
     _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
@@ -93,16 +93,18 @@ def _build(root: Path, options: argparse.Namespace) -> int:
 
 
 def _config(effort: str, trials: str, recorded: str) -> list[str]:
-    """What the rules are told; a path in quotes that Snakemake does not strip off."""
-    told = f" {json.dumps(recorded, ensure_ascii=False)} " if recorded else ""
-    return [f"effort={effort}", f"trials={trials}", f"recorded={told}"]
+    """Configuration for the rules; the path is in quotes that Snakemake does not
+    remove."""
+    folder = f" {json.dumps(recorded, ensure_ascii=False)} " if recorded else ""
+    return [f"effort={effort}", f"trials={trials}", f"recorded={folder}"]
 
 
 def _snakemake(words: list[str]) -> bool:
-    """Run Snakemake as its command line does, with one setting that it cannot take.
+    """Run Snakemake as its command line does, with one setting that it does not offer.
 
-    Its default limit of jobs a second starts, after each job, a timer that looks at all
-    waiting jobs again, for ever: hundreds of them keep a core busy. No limit, no timer.
+    Its default limit of jobs per second starts a timer after each job, which checks all
+    waiting jobs again and again: hundreds of timers keep a core busy. Without a limit
+    there is no timer.
     """
     from snakemake.cli import args_to_api, parse_args
 
@@ -113,7 +115,7 @@ def _snakemake(words: list[str]) -> bool:
 
 
 def _mind_faulty_sets(work: Work, target: str) -> None:
-    """Stop an order that needs a set which is faulty; warn before any other."""
+    """Stop a command that needs an invalid set; warn before any other."""
     faults = faulty_sets(work.root)
     own = {name_of(folder): fault for folder, fault in faults.items()}
     of_set = own.get(target.partition("@")[2])
@@ -124,7 +126,7 @@ def _mind_faulty_sets(work: Work, target: str) -> None:
 
 
 def _shows_sets(work: Work, target: str) -> bool:
-    """Whether an order makes something of every image set."""
+    """Whether a command makes something of every image set."""
     if target in WHOLE:
         return True
     built = _built(work, target)
@@ -137,7 +139,7 @@ def _shows_sets(work: Work, target: str) -> bool:
 
 
 def _drop_judgements_of_gone_pages(work: Work) -> None:
-    """A page that was renamed, or a set that has no page now, has no say any more."""
+    """Remove judged files of renamed pages, and of sets without a page."""
     folder = work.root / work.base / "judged"
     kept = {work.root / path for path in work.judged()}
     for path in folder.rglob("*.json"):
@@ -146,7 +148,8 @@ def _drop_judgements_of_gone_pages(work: Work) -> None:
 
 
 def _checked_recorded(given: str) -> str:
-    """An absolute folder that is a set or holds sets, each checked by the library."""
+    """An absolute folder that is a set or contains sets, each validated by the
+    library."""
     if not given:
         return ""
     folder = Path(given).expanduser()
@@ -173,11 +176,11 @@ def _checked_trials(given: str, target: str) -> int | None:
     if not given:
         return None
     if not given.isdigit() or int(given) < 1:
-        raise OrderError(f"TRIALS={given}: a whole number above 0 is needed")
+        raise OrderError(f"TRIALS={given}: not a whole number above 0; give one")
     if target in WHOLE or _is_chapter(target):
         raise OrderError(
-            "TRIALS is a what-if on one artefact, kept apart from the record; "
-            "name it, for example: make fig_2_3 TRIALS=500"
+            "TRIALS: only for one artefact (a what-if, stored separately); name it, "
+            "for example: make fig_2_3 TRIALS=500"
         )
     return int(given)
 
@@ -189,7 +192,7 @@ def _bring_photographs(root: Path) -> None:
 
 
 def _targets(work: Work, target: str) -> list[str]:
-    """Files that an order asks for."""
+    """Files of a command."""
     if target in ("report", "quick"):
         if not (work.root / work.site / "index.html").is_file():
             (work.root / work.site_done).unlink(missing_ok=True)
@@ -212,7 +215,7 @@ def _is_chapter(target: str) -> bool:
 
 
 def _in_chapter(page: str, target: str) -> bool:
-    """Whether a page lies in ch02_some_title/ or in appendix_a/."""
+    """Whether a page is in ch02_some_title/ or in appendix_a/."""
     return page.startswith((f"{target}_", f"{target}/"))
 
 
@@ -223,14 +226,14 @@ def _chapter_name(target: str) -> str:
 
 
 def _unknown(target: str, made: list[str]) -> str:
-    """That there is no such figure or table, and which ids are near."""
+    """Message for an unknown figure or table, with similar ids."""
     near = difflib.get_close_matches(target, made, n=3)
     hint = f"did you mean {', '.join(near)}?" if near else "see the scoreboard"
-    return f"nothing makes {target}; {hint}"
+    return f"{target}: no such figure or table; {hint}"
 
 
 def _built(work: Work, target: str) -> set[str]:
-    """Ids of the experiments, figures and tables that an order brings up to date."""
+    """Ids of the experiments, figures and tables that a command updates."""
     if _is_chapter(target):
         made = work.producers.items()
         wanted = {i for (_, i), p in made if _in_chapter(p.page, target)}
@@ -266,7 +269,7 @@ def _say_where(work: Work, targets: list[str], changed: bool) -> None:
 
 @contextmanager
 def _only_build(root: Path) -> Iterator[None]:
-    """Hold the checkout for one build; a killed build leaves no lock behind."""
+    """Lock the checkout for one build; a killed build leaves no lock."""
     folder = root / ".cache"
     folder.mkdir(exist_ok=True)
     with (folder / "build.lock").open("w") as lock:

@@ -1,15 +1,14 @@
 """One warm process for a build, which is forked for each job.
 
-Half of the work of many small jobs is to import numpy, OpenCV and matplotlib again.
-Here they are imported once, and a job begins where that has been done. What only some
-jobs need waits for the first of these: after a changed sentence nothing is computed.
+Small jobs spend half of their time on importing numpy, OpenCV and matplotlib. This
+process imports them once and is forked for each job. Imports that only some jobs need
+are delayed until the first of these: after a changed sentence nothing is computed.
 
     python -m repro.workflow.forks DESCRIPTOR
 
-The server ends when its standard input does, and its jobs with it, so that nothing
-outlives the build, however that ends.
-`lib/repro/workflow/ask.py` hands it a job; without a server (on a cluster, or from
-Snakemake's own command line) that starts an interpreter for the job instead.
+The server and its jobs end when its standard input closes, so that nothing outlives the
+build. `lib/repro/workflow/ask.py` sends it a job. Without a server (on a cluster, or
+from Snakemake's command line) it starts an interpreter for the job instead.
 """
 
 from __future__ import annotations
@@ -45,7 +44,8 @@ PINNED = {
     "PYTHONHASHSEED": "0",
     "MPLBACKEND": "Agg",
 }
-"""Of every job: the cores are shared out by the workflow, and sums stay the same."""
+"""Environment of every job: the workflow assigns the cores, and sums are
+reproducible."""
 
 ADDRESS = "RAXEL_JOBS"
 WARM = (
@@ -62,28 +62,29 @@ WARMER = (
 )  # fmt: skip
 VALIDATING = (("nbformat.v4", "new_markdown_cell"),)
 COMPUTING = ("repro.page.style", "draw_ahead"), ("raxel.compile_loops", "compile_loops")
-"""Module and function of what is run once for all jobs: for pages, a schema becomes
-code; for figures and experiments, fonts and compiled loops are loaded."""
+"""Module and function to run once for all jobs: for pages, a schema is compiled; for
+figures and experiments, fonts and compiled loops are loaded."""
 READING = ("judge", "notebooks", "page", "result", "scoreboard", "site", "table")
-"""Kinds of jobs, the first words of their labels, that read results and no more: they
-render nothing and run no compiled loop that would be worth to load before them."""
+"""Kinds of jobs (first words of their labels) that only read results: they need neither
+rendering nor compiled loops."""
 
 END = signal.SIGUSR1
 GRACE_S = 2.0
 RUNNING: set[int] = set()
-"""Jobs of this server, each the leader of a process group of its own."""
+"""Jobs of this server, each the leader of its own process group."""
 
 
 @contextmanager
 def warm_jobs() -> Iterator[Callable[[], None]]:
-    """Run a server for the jobs that are started inside; they find it by themselves.
+    """Run a server for the jobs that are started inside; they find it through the
+    environment.
 
-    Gives what ends the server, and the jobs that run, before their time.
+    Yields a function that ends the server and the running jobs early.
     """
-    # A socket's path has to be short, which the checkout's may not be.
+    # The path of a socket has to be short; that of the checkout may be long.
     with tempfile.TemporaryDirectory(prefix="raxel-") as folder:
         address = str(Path(folder) / "jobs")
-        # It listens before the server does: the first job finds it, however slow that.
+        # It listens before the server starts, so that the first job finds it.
         with socket.socket(socket.AF_UNIX) as listener:
             listener.bind(address)
             listener.listen(64)
@@ -109,7 +110,7 @@ def warm_jobs() -> Iterator[Callable[[], None]]:
 
 
 class Request(NamedTuple):
-    """A job that is asked for: where it writes to, its folder, words and variables."""
+    """A requested job: its streams, folder, arguments and variables."""
 
     streams: list[int]
     folder: str
@@ -120,7 +121,7 @@ class Request(NamedTuple):
 def serve(descriptor: int) -> None:
     """Fork a job for each request at a listening socket, until standard input ends."""
     listener = socket.socket(fileno=descriptor)
-    for number in SIGNALS:  # the build hears them, and ends what has to end
+    for number in SIGNALS:  # the build receives them, and ends the jobs
         signal.signal(number, signal.SIG_IGN)
     signal.signal(END, _end)
     signal.signal(signal.SIGCHLD, _reap)
@@ -136,7 +137,7 @@ def serve(descriptor: int) -> None:
         if number == 0:
             listener.close()
             _job(connection, request)
-        with suppress(OSError):  # the job may be as far already, or have ended
+        with suppress(OSError):  # the job may have done so already, or have ended
             os.setpgid(number, number)
         RUNNING.add(number)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGCHLD, END])
@@ -147,7 +148,7 @@ def serve(descriptor: int) -> None:
 
 
 def _asked(listener: socket.socket) -> bool:
-    """Wait for the next request; False where the build has ended instead.
+    """Wait for the next request; return False if the build has ended.
 
     Nothing is imported before the first one: a build may have nothing to do.
     """
@@ -156,20 +157,20 @@ def _asked(listener: socket.socket) -> bool:
 
 
 def _reap(number: int, frame: object) -> None:
-    """Wait for the jobs that have ended: their processor time counts as this one's."""
+    """Collect ended jobs: their processor time counts as that of this process."""
     with suppress(ChildProcessError):
         while ended := os.waitpid(-1, os.WNOHANG)[0]:
             RUNNING.discard(ended)
 
 
 def _end(number: int, frame: object) -> None:
-    """End before the time, whatever is being imported or compiled."""
+    """End early, also during imports or compilation."""
     _end_jobs()
     os._exit(1)
 
 
 def _end_jobs() -> None:
-    """Ask the jobs that run to end, with all that they have started; then end them."""
+    """Ask the running jobs and their children to end; then kill them."""
     last = time.monotonic() + GRACE_S
     _signal_jobs(signal.SIGTERM)
     while RUNNING and time.monotonic() < last:
@@ -184,7 +185,7 @@ def _signal_jobs(number: int) -> None:
 
 
 def _request(connection: socket.socket) -> Request | None:
-    """What is asked for; None where the process that asks has ended meanwhile."""
+    """The request; None if the requesting process has ended meanwhile."""
     try:
         head, streams, _, _ = socket.recv_fds(connection, 8, 2)
         asked = _received(connection, int.from_bytes(head, "big"))
@@ -207,8 +208,8 @@ def _received(connection: socket.socket, size: int) -> bytes:
 
 
 def _get_ready(label: str) -> None:
-    """Import what this job and its like need, where none of them came before."""
-    # A process that an import starts and waits for is not taken from it.
+    """Import what jobs of this kind need, at the first of them."""
+    # Do not collect a process that an import starts and waits for.
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
     _import_ahead()
     if label.partition("/")[0] not in READING:
@@ -222,14 +223,14 @@ def _import_ahead() -> None:
     _imported(WARM)
     _called(VALIDATING)
     discover.producers(Path.cwd())
-    with suppress(LedgerError):  # left for the job that needs it
+    with suppress(LedgerError):  # left to the job that needs it
         load(Path.cwd())
     _keep_apart()
 
 
 @cache
 def _run_once() -> None:
-    """Import the chapters, load fonts, and compiled loops or compile them, once."""
+    """Import the chapters, load fonts, and load or compile the loops, once."""
     _imported(WARMER)
     _imported(sorted({one.module for one in discover.producers(Path.cwd())}))
     _called(COMPUTING)
@@ -237,7 +238,7 @@ def _run_once() -> None:
 
 
 def _imported(names: Iterable[str]) -> None:
-    """Import modules. One that is broken is left for its job to report."""
+    """Import modules. The job reports a broken one."""
     for name in names:
         try:
             importlib.import_module(name)
@@ -246,7 +247,7 @@ def _imported(names: Iterable[str]) -> None:
 
 
 def _called(functions: Iterable[tuple[str, str]]) -> None:
-    """Call functions of modules. One that fails is left for its job to report."""
+    """Call functions of modules. The job reports a failing one."""
     for module, name in functions:
         try:
             getattr(importlib.import_module(module), name)()
@@ -255,13 +256,13 @@ def _called(functions: Iterable[tuple[str, str]]) -> None:
 
 
 def _keep_apart() -> None:
-    """What is there now is never collected: jobs share its memory with this process."""
+    """Exclude present objects from garbage collection: jobs share their memory."""
     gc.collect()
     gc.freeze()
 
 
 def _job(connection: socket.socket, request: Request) -> None:
-    """Take the place of the process that asks: its streams, folder and environment."""
+    """Take over the streams, folder and environment of the requesting process."""
     os.setpgid(0, 0)
     for number in (signal.SIGCHLD, END):
         signal.signal(number, signal.SIG_DFL)
@@ -283,13 +284,13 @@ def _job(connection: socket.socket, request: Request) -> None:
 
 
 def _end_with(connection: socket.socket) -> None:
-    """End this job, and what it started, when the process that asked for it is gone."""
+    """End this job and its children when the requesting process has ended."""
     connection.recv(1)
     os.killpg(0, signal.SIGKILL)
 
 
 def _leave(number: int, frame: object) -> None:
-    """Give up: nothing half written stays behind."""
+    """End the job; unfinished files are removed."""
     signal.signal(number, signal.SIG_IGN)
     raise SystemExit(128 + number)
 

@@ -1,8 +1,8 @@
-"""What the jobs of earlier builds left is as they left it, or is made again.
+"""Check that files of earlier builds are unchanged; otherwise make them again.
 
-A job's record (`repro.workflow.job`) holds size, time of change and hash of each file
-that it wrote. Where size or time differ, the hash decides. A file that was cut or
-edited goes, with all that its job left, and Snakemake runs the job again.
+A job's record (`repro.workflow.job`) contains size, modification time and hash of each
+file that it wrote. If size or time differ, the hash decides. A truncated or edited file
+is removed, with all files of its job, and Snakemake runs the job again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OF_JOBS = ("figures/", "report/", f"{FOLDER}/")
 
 
 def drop_damaged(work: Work) -> None:
-    """Remove what is not as its job left it, with one line for each file."""
+    """Remove changed files of jobs, with one line for each."""
     lost: list[str] = []
     claimed: set[str] = set()
     folders = (work.root / work.base / "times", work.root / TIMES)
@@ -34,19 +34,19 @@ def drop_damaged(work: Work) -> None:
         if damaged:
             if any((work.root / name).is_file() for name in files):
                 lost += damaged
-            # The site is mended from its source: its mark goes, and what is damaged.
+            # The site is repaired from its source: remove its marker and damaged files.
             of_site = record.parent.name == SITE
             for name in [work.site_done, *damaged] if of_site else files:
                 (work.root / name).unlink(missing_ok=True)
             record.unlink()
     for name in lost[:MAX_LINES]:
-        say(f"{name} was damaged: it will be made again")
+        say(f"{name}: damaged; it will be made again")
     if len(lost) > MAX_LINES:
         say(f"{len(lost) - MAX_LINES} more files: the same")
 
 
 def _files(record: Path) -> dict[str, list]:
-    """File -> size, time of change and hash; nothing where the record is damaged."""
+    """File -> size, modification time and hash; nothing if the record is damaged."""
     try:
         content = json.loads(record.read_text("utf-8"))
         files = content.get("files", {})

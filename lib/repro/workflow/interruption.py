@@ -1,4 +1,4 @@
-"""Ctrl-C, or the end of a session: a build stops at once and in good order."""
+"""Ctrl-C, or the end of a session: stop a build immediately and cleanly."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Raise KeyboardInterrupt(number) at the end where a signal was heard meanwhile.
+    """Raise KeyboardInterrupt(number) at the end if a signal arrived meanwhile.
 
-    It is not raised at once: inside a lock of Snakemake's it would leave that locked
-    for ever. ``stop`` ends the jobs and lets none begin, so Snakemake soon has nothing
-    to do. What it says of that is nobody's news. A second signal ends the process as
-    it would any other.
+    It is not raised immediately, because a lock of Snakemake would remain locked.
+    ``stop`` ends the jobs and prevents new ones, so Snakemake soon finishes. Its
+    messages about that are suppressed. A second signal ends the process.
     """
     heard: list[int] = []
 
@@ -45,7 +44,7 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def _heard_by_snakemake(hear: Callable) -> Iterator[None]:
-    """Its scheduler takes SIGTERM for itself, to wait for jobs that are no more."""
+    """Its scheduler handles SIGTERM by waiting for jobs that have ended."""
     from snakemake.scheduling.job_scheduler import JobScheduler
 
     before = JobScheduler.exit_gracefully

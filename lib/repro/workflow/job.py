@@ -1,10 +1,10 @@
-"""One job: a command of the book-keeping, run and timed.
+"""One job: a command of `repro`, run and timed.
 
     python -m repro.workflow.job LABEL MODULE ...
 
-does what `python -m MODULE ...` does, and leaves `LABEL.json` in the folder that the
-environment names in `RAXEL_TIMES`: its time and peak memory, which `make times` prints,
-and the files that it wrote, by which `repro.workflow.intact` knows them again.
+runs `python -m MODULE ...`, and writes `LABEL.json` to the folder `RAXEL_TIMES` of the
+environment: its time and peak memory for `make times`, and the files that it wrote for
+`repro.workflow.intact`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def run(words: Sequence[str]) -> int:
     start, before = time.monotonic(), len(WRITTEN)
     status = _command(name)(more)
     if record and not status:
-        # Of this process, and of those that it has started and waited for.
+        # Of this process, and of the processes that it has waited for.
         used = [resource.getrusage(w) for w in USED]
         took = {
             "seconds": round(time.monotonic() - start, 2),
@@ -47,12 +47,12 @@ def run(words: Sequence[str]) -> int:
 
 
 def left(paths: Iterable[Path]) -> dict[str, list]:
-    """File -> size, time of change (ns) and SHA-256, of those that are there."""
+    """File -> size, modification time (ns) and SHA-256, of existing files."""
     return {str(p): [*stat_of(p), hash_of(p)] for p in paths if p.is_file()}
 
 
 def stat_of(path: Path) -> list[int]:
-    """Size, and time of change in ns."""
+    """Return size and modification time in ns."""
     found = path.stat()
     return [found.st_size, found.st_mtime_ns]
 

@@ -1,4 +1,4 @@
-"""Keys over the code behind each job: where one changes, the job runs again."""
+"""Keys over the code of each job: if one changes, the job runs again."""
 
 from __future__ import annotations
 
@@ -21,20 +21,21 @@ class CodeKeys:
         self._work = work
 
     def experiment(self, wildcards) -> str:
-        """Key over the code that an experiment reaches."""
+        """Return the key over the code that an experiment reaches."""
         return self._key("experiment", wildcards.experiment, CODE)
 
     def figure(self, wildcards) -> str:
-        """Key over the code that draws a figure."""
+        """Return the key over the code that draws a figure."""
         return self._drawn("figure", wildcards.artefact)
 
     def scene(self, wildcards) -> str:
-        """The same for a figure with a scene, and whether scenes are rendered here."""
+        """Return the same for a figure with a scene, and whether scenes can be
+        rendered."""
         flat = " not rendered" if rendering_missing() else ""
         return self.figure(wildcards) + flat
 
     def table(self, wildcards) -> str:
-        """Key over the code that fills a table."""
+        """Return the key over the code that fills a table."""
         return self._drawn("table", wildcards.artefact)
 
     def _drawn(self, kind: str, identifier: str) -> str:
@@ -49,14 +50,14 @@ class CodeKeys:
 
     @staticmethod
     def _hash_of(content: dict) -> str:
-        """Of what the ledger hands over, to stand behind a key; nothing for nothing."""
+        """Suffix of a key for values of the ledger; empty without any."""
         if not content:
             return ""
         text = json.dumps(content, sort_keys=True)
         return f"-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
     def judge(self, wildcards) -> str:
-        """Key over the code of a page's judgements."""
+        """Return the key over the code of a page's judgements."""
         page = wildcards.page
         functions = [
             (producer.module, producer.function)
@@ -73,21 +74,21 @@ class CodeKeys:
         return key + self._hash_of({q: self._work.published.readings[q] for q in asked})
 
     def page(self, wildcards) -> str:
-        """Key over the code that a page's cells can call."""
+        """Return the key over the code that a page's cells can call."""
         module = discover.page_module(self._work.pages[wildcards.page].stem)
         return self._work.reach.key(
             (module, "*"), ("repro.page.execute", "*"), ("repro.page.reader", "*")
         )
 
     def scoreboard(self) -> str:
-        """Key over the code of the scoreboard."""
+        """Return the key over the code of the scoreboard."""
         return self._work.reach.key(("repro.site.scoreboard", "*"))
 
     def notebooks(self) -> str:
-        """Key over the code that makes notebooks to work in."""
+        """Return the key over the code that makes notebooks to work in."""
         return self._work.reach.key(("repro.site.notebooks", "*"))
 
     def site(self) -> str:
-        """Key over the code that assembles the site."""
+        """Return the key over the code that assembles the site."""
         rooms = ("assemble", "codes", "library", "sphinx", "check")
         return self._work.reach.key(*((f"repro.site.{name}", "*") for name in rooms))

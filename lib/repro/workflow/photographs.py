@@ -1,4 +1,4 @@
-"""Bring the photographs of data/recorded/opencv-left out of a Python package.
+"""Extract the images of data/recorded/opencv-left from a Python package.
 
 The left*.jpg of OpenCV's samples are in the package mvtb-data, which pip downloads with
 a pinned hash. Once the files are there, no network is needed.
@@ -22,7 +22,7 @@ NAMES = tuple(f"left{n:02d}.jpg" for n in range(1, 15))
 
 
 def fetch(folder: Path) -> bool:
-    """Put the photographs into ``folder``, each whole or not at all.
+    """Write the images into ``folder``, each completely or not at all.
 
     Returns whether all are there; one line gives the reason if not.
     """
@@ -43,7 +43,7 @@ def fetch(folder: Path) -> bool:
 
 def _download(folder: Path) -> Path | None:
     """The wheel in ``folder``, or None after one line with the reason."""
-    print(f"photographs: bringing {PACKAGE} (130 MB, once)", file=sys.stderr)
+    print(f"images: downloading {PACKAGE} (130 MB, once)", file=sys.stderr)
     wanted = folder / "requirements.txt"
     wanted.write_text(f"{PACKAGE} --hash=sha256:{WHEEL_SHA256}\n", "utf-8")
     done = subprocess.run(
@@ -59,8 +59,8 @@ def _download(folder: Path) -> Path | None:
         return next(folder.glob("*.whl"))
     reason = (done.stderr.strip().splitlines() or ["pip failed"])[-1]
     print(
-        f"photographs: {PACKAGE} not available ({reason}); their page is left out, and "
-        "a later run with a network brings them",
+        f"images: {PACKAGE} not available ({reason}); their page is omitted; run again "
+        "with a network",
         file=sys.stderr,
     )
     return None

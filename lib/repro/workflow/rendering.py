@@ -1,8 +1,8 @@
-"""The job that makes a rendered set, and what the set depends on.
+"""The job that renders a set, and the dependencies of the set.
 
     python -m repro.workflow.rendering RIG SEED
 
-The laboratory is known here by its command alone: `raxel render`.
+The simulator is used only through its command: `raxel render`.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ class RenderedSets:
             raise ValueError(f"{place}: no rig {rig_file(name)}; check the name")
 
     def key(self, name: str) -> str:
-        """Key over the code and the rig of a set; its seed is in its name."""
+        """Return the key over the code and the rig of a set; its seed is in its
+        name."""
         text = f"{self.reach.key(CODE)}\n{self._rig(name)}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -68,12 +69,13 @@ class RenderedSets:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Make one set, whole or not at all, then its manifest; return the exit status."""
+    """Render one set, completely or not at all, then its manifest; return the exit
+    status."""
     rig, seed = sys.argv[1:] if argv is None else argv
     name = f"{rig}/{seed}"
     folder = Path(FOLDER) / name
     room = folder.with_name(f".{seed}")
-    for left in (folder, room):  # by an older rig, by a job that was killed
+    for left in (folder, room):  # of an older rig, or of a killed job
         shutil.rmtree(left, ignore_errors=True)
     room.mkdir(parents=True)
     made = room / seed

@@ -1,7 +1,7 @@
 """`make times`: processor seconds and peak memory of a finished build, page by page.
 
-Each job leaves them in its record (`repro.workflow.job`). What an earlier build made
-counts with the time that it took then.
+They are in the records of the jobs (`repro.workflow.job`). Results of an earlier build
+count with the time that they took then.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ COLUMNS = ("page", "experiments (s)", "drawn (s)", "rest (s)", "all (s)", "peak 
 
 
 def rows_of(root: Path, effort: str) -> list[tuple]:
-    """Rows of `COLUMNS`: one for each page, the rendered sets, scoreboard and site."""
+    """Return rows of `COLUMNS`: one for each page, the rendered sets, scoreboard and
+    site."""
     folder = root / "figures" / effort / "times"
     pages = {(p.kind, p.id): p.page for p in producers(root)}
     sums: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0.0, 0.0])
@@ -31,7 +32,7 @@ def rows_of(root: Path, effort: str) -> list[tuple]:
         made = "experiment" if kind == "result" else kind
         identifier = name.partition("/")[0].partition("@")[0]
         if made in PRODUCED and (made, identifier) not in pages:
-            continue  # of a producer that is gone
+            continue  # of a removed producer
         page = pages.get(
             (made, identifier), name if kind in ("judge", "page") else kind
         )
@@ -49,7 +50,7 @@ def _add(sums: list[float], column: int, path: Path) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table; exit status 1 where nothing has been built."""
+    """Print the table; return 1 without a build."""
     parser = argparse.ArgumentParser(prog="make times", description=__doc__)
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     effort = parser.parse_args(argv).effort

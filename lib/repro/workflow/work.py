@@ -1,4 +1,4 @@
-"""What the rules of the Snakefile ask: paths and jobs; `keys` has the code behind."""
+"""Paths and jobs for the rules of the Snakefile; `keys` has the keys of their code."""
 
 from __future__ import annotations
 
@@ -55,19 +55,20 @@ class Work:
         self.pages_folder = f"report/build/{effort}/pages"
         self.source = f"report/build/{effort}/source"
         self.site = "report/site" if effort == "full" else f"report/site-{effort}"
-        # The site itself is no output: Snakemake would take its start page away first.
+        # The site itself is not an output: Snakemake would delete its start page first.
         self.site_done = f"report/build/{effort}/site.done"
         self.trials_option = "" if trials is None else f"--trials {trials}"
         self.reach = Reach(root)
 
     @cached_property
     def made(self) -> list[discover.Producer]:
-        """Every producer of the chapters, listed once: a build has one plan."""
+        """Return every producer of the chapters, listed once: a build has one plan."""
         return discover.producers(self.root)
 
     @cached_property
     def producers(self) -> dict[tuple[str, str], discover.Producer]:
-        """(kind, id) -> producer; a producer of every set stands once per set."""
+        """Return (kind, id) -> producer; a producer per set has one entry for each
+        set."""
         found = {}
         for producer in self.made:
             for name in self._expanded(producer):
@@ -80,7 +81,7 @@ class Work:
         return [f"{producer.id}@{name}" for name in self._sets_of(producer)]
 
     def _sets_of(self, producer: discover.Producer) -> list[str]:
-        """The sets that a producer stands for: all, or those of its kinds of target."""
+        """The sets of a producer: all, or those of its kinds of target."""
         return [n for n, kind in self.target_kinds.items() if producer.takes(kind)]
 
     @cached_property
@@ -95,7 +96,8 @@ class Work:
 
     @cached_property
     def pages(self) -> dict[str, Page]:
-        """Page id -> page; a chapter file with per-set producers makes one per set."""
+        """Return page id -> page; a chapter file with per-set producers makes one per
+        set."""
         per_set = {
             p.page: self._sets_of(p) for p in self.made if p.details.get("per_set")
         }
@@ -149,10 +151,10 @@ class Work:
         return self.producers["experiment", name].shards(self.effort)
 
     def inputs(self, wildcards) -> list[str]:
-        """Files that an experiment reads: what others found, and what it declares.
+        """Return the files that an experiment reads: results of others, and its inputs.
 
-        Files of an image set are not among them: people name these, and Snakemake
-        would read a `{` as the begin of a wildcard. `input_key` stands for them.
+        Files of an image set are not included, because Snakemake would take a `{` in a
+        user's file name for a wildcard. `input_key` covers them.
         """
         producer = self.producers["experiment", wildcards.experiment]
         declared = list(producer.inputs)
@@ -163,7 +165,7 @@ class Work:
         ]
 
     def input_key(self, wildcards) -> str:
-        """Hash over names and content of all that no other experiment has left."""
+        """Return the hash over names and content of all inputs except results."""
         name = wildcards.experiment.partition("@")[2]
         producer = self.producers["experiment", wildcards.experiment]
         found = input_hashes(self.root, producer, self.sets[name] if name else None)
@@ -171,16 +173,16 @@ class Work:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def set_option(self, wildcards) -> str:
-        """`--set FOLDER` for a producer or page that stands once per set."""
+        """Return `--set FOLDER` for a producer or page per set."""
         page = wildcards.get("page")
         identifier = wildcards.get("experiment") or wildcards.get("artefact") or ""
         name = self.pages[page].set if page else identifier.partition("@")[2]
         return f"--set {shlex.quote(self.sets[name])}" if name else ""
 
     def pattern(self, kind: str, scene: bool = False) -> str:
-        """Wildcard constraint: exactly the artefacts of one kind, with a scene or not.
+        """Return a wildcard constraint: the artefacts of one kind, with a scene or not.
 
-        The rules differ in their outputs, which Snakemake wants to know beforehand.
+        The rules differ in their outputs, which Snakemake requires in advance.
         """
         return _one_of(
             identifier
@@ -217,13 +219,13 @@ class Work:
 
     @cached_property
     def per_set(self) -> set[str]:
-        """Ids of the experiments that stand once for every image set."""
+        """Ids of the experiments that run once per image set."""
         return discover.per_set_experiments(self.made)
 
     def sets_option(self, kind: str):
         """Parameter function: `--sets NAME...` for what reads a result of every set.
 
-        The jobs are told, because results of earlier builds' sets may lie about.
+        Jobs need the list, because results of earlier builds' sets may exist.
         """
 
         def option(wildcards) -> str:
@@ -249,7 +251,7 @@ class Work:
         return f"--sets {shlex.join(self._sets_read(needs))}".strip() if needs else ""
 
     def _sets_read(self, needs: Iterable[str]) -> list[str]:
-        """The sets that all of these experiments stand for."""
+        """The sets of all these experiments."""
         made = [
             producer
             for producer in self.made
@@ -263,19 +265,20 @@ class Work:
         ]
 
     def scene_inputs(self, wildcards) -> list[str]:
-        """What a figure with a scene is made from: results, and the viewer's files."""
+        """Return the inputs of a figure with a scene: results, and the viewer's
+        files."""
         return self._result_files("figure", wildcards.artefact) + list(VIEWER)
 
     def files_of_artefact(self, kind: str, identifier: str) -> list[str]:
-        """The description file of a figure or table, which names its other files, and
-        its scene: a figure that had none before is not made again without being asked.
+        """Return the description file of a figure or table, which names its other
+        files, and its scene, so that a missing scene is made.
         """
         scene = self.producers[kind, identifier].details.get("scene")
         endings = ("json", "html") if scene else ("json",)
         return [f"{self.base}/{identifier}.{ending}" for ending in endings]
 
     def artefact_files(self, page: str | None = None) -> list[str]:
-        """Such files of a page's figures and tables, or of all."""
+        """Return the description files and scenes of a page, or of all pages."""
         wanted = set(self.of_page(page, "figure", "table")) if page else None
         return [
             path
@@ -285,7 +288,7 @@ class Work:
         ]
 
     def page_results(self, page: str) -> list[str]:
-        """Results that any producer of the page reads."""
+        """Return the results that any producer of the page reads."""
         files: set[str] = set()
         for kind in ("figure", "table", "claim", "numbers"):
             for identifier in self.of_page(page, kind):
@@ -295,11 +298,11 @@ class Work:
         return sorted(files)
 
     def judged_inputs(self, wildcards) -> list[str]:
-        """What judging a page reads."""
+        """Return the inputs of judging a page."""
         return self.page_results(wildcards.page) + self.artefact_files(wildcards.page)
 
     def page_inputs(self, wildcards) -> list[str]:
-        """What executing a page reads, its own file first."""
+        """Return the inputs of executing a page, its own file first."""
         return [
             self.page_source(wildcards),
             *self.judged_with(wildcards.page),
@@ -311,8 +314,8 @@ class Work:
         ]
 
     def pages_read(self, page: str) -> list[str]:
-        """Files of the chapters, and the README, which says how long things take,
-        for a page that says `READS_PAGES = True`.
+        """Files of the chapters, and the README with the build times, for a page with
+        `READS_PAGES = True`.
         """
         text = self.pages[page].path.read_text("utf-8")
         if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
@@ -323,14 +326,14 @@ class Work:
         return [*chapters, "README.md"]
 
     def judged_with(self, page: str) -> list[str]:
-        """The page's judged file, and those that decide on its artefacts."""
+        """Return the page's judged file, and those that decide on its artefacts."""
         stem = self.pages[page].stem
         others = judged_with(self.made, stem, self.published)[1:]
         return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
 
     @cached_property
     def published(self) -> Ledger:
-        """What the thesis printed and claims."""
+        """Return the ledger."""
         return load(self.root)
 
     def judged(self) -> list[str]:
@@ -348,7 +351,7 @@ class Work:
         ]
 
     def templates(self, *rooms: str) -> list[str]:
-        """Templates of HTML that stand beside the code of a room of `repro`."""
+        """Return the HTML templates next to the code of a package of `repro`."""
         return [
             path.relative_to(self.root).as_posix()
             for room in rooms
@@ -356,7 +359,8 @@ class Work:
         ]
 
     def site_sources(self) -> list[str]:
-        """Files of the site's own source, the guide, and the code that it shows."""
+        """Return the files of the site's own source, the guide, and the displayed
+        code."""
         shown = [
             *(self.root / "report" / "source").rglob("*"),
             *(self.root / "lib" / "raxel").rglob("*.py"),
@@ -372,7 +376,7 @@ class Work:
 
 @cache
 def planned(root: Path, effort: str, trials: int | None, recorded: str) -> Work:
-    """The work of a build, one for the order and for the rules that carry it out."""
+    """Return the work of a build, shared by the command and the rules."""
     return Work(root, effort, trials, sets_of_report(root, recorded))
 
 

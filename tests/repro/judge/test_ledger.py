@@ -19,7 +19,7 @@ def real():
     return ledger.load(ROOT)
 
 
-def test_everything_that_the_thesis_printed_is_listed(real):
+def test_ledger_lists_all_entries(real):
     counts = {name: len(getattr(real, name)) for name in vars(real)}
     # The open questions are ours: their number grows with the chapters.
     del counts["readings"]
@@ -44,11 +44,11 @@ def test_everything_that_the_thesis_printed_is_listed(real):
         ("sec_5_3_3", 5),
     ],
 )
-def test_every_id_has_the_chapter_of_its_section(real, identifier, chapter):
+def test_ids_have_chapter_of_section(real, identifier, chapter):
     assert real.chapter(identifier) == chapter
 
 
-def test_an_unknown_id_is_told_with_the_nearest_one(real):
+def test_unknown_id_is_reported_with_suggestion(real):
     with pytest.raises(
         LedgerError, match=r"fig_2_33: no such id; did you mean fig_2_3"
     ):
@@ -57,7 +57,7 @@ def test_an_unknown_id_is_told_with_the_nearest_one(real):
         real.chapter("syn_ch2")
 
 
-def test_what_names_an_artefact_is_found_from_it(real):
+def test_claims_and_numbers_of_artefact_are_found(real):
     assert "c2_crossover" in real.claims_of("fig_2_3")
     assert "c2_crossover" in real.claims_of("table_2_2")
     assert real.numbers_of("sec_2_4_1") == ["s2_4_1_rankA", "s2_4_1_rankD"]
@@ -81,9 +81,7 @@ def test_what_names_an_artefact_is_found_from_it(real):
         ("s2_4_2_solutions", 4, "differs"),  # the eight possible solutions
     ],
 )
-def test_a_number_agrees_on_the_side_that_its_sentence_names(
-    real, identifier, found, verdict
-):
+def test_bounds_match_their_quotes(real, identifier, found, verdict):
     entry = real.numbers[identifier]
     made = Value(found, (found, found), entry["unit"])
     assert judge_number(entry, vars(made))[0] == verdict
@@ -131,7 +129,7 @@ def written(tmp_path, contents):
     return write
 
 
-def test_only_sections_that_a_number_or_claim_names_get_in(written):
+def test_sections_require_number_or_claim(written):
     assert list(ledger.load(written()).sections) == ["sec_2_4_1"]
 
 
@@ -187,12 +185,12 @@ MUTATIONS = {
     ),
     "id twice in a file": (
         lambda f: f["numbers"]["numbers"].append(dict(first(f, "numbers"))),
-        "numbers.yaml: s2_5_1_res: id: stands in numbers.yaml already; rename one of "
+        "numbers.yaml: s2_5_1_res: id: already used in numbers.yaml; rename one of "
         "the two",
     ),
     "id twice in two files": (
         lambda f: first(f, "claims").update(id="fig_2_3"),
-        "claims.yaml: fig_2_3: id: stands in artefacts.yaml already; rename one of the "
+        "claims.yaml: fig_2_3: id: already used in artefacts.yaml; rename one of the "
         "two",
     ),
     "unknown artefact": (
@@ -213,7 +211,7 @@ MUTATIONS = {
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_a_fault_is_one_line_with_file_entry_field_and_advice(written, name):
+def test_ledger_fault_is_one_line(written, name):
     change, line = MUTATIONS[name]
     with pytest.raises(LedgerError) as error:
         ledger.load(written(change))
@@ -229,7 +227,7 @@ def test_several_faults_are_counted(written):
         ledger.load(written(change))
 
 
-def test_broken_yaml_and_a_missing_file_are_one_line(written):
+def test_broken_yaml_and_missing_file_are_one_line(written):
     folder = written() / ledger.FOLDER
     (folder / "claims.yaml").write_text("claims: [\n")
     with pytest.raises(LedgerError, match=r"^claims.yaml: line 2: .*correct the YAML$"):
@@ -239,5 +237,5 @@ def test_broken_yaml_and_a_missing_file_are_one_line(written):
     with pytest.raises(LedgerError, match=twice):
         ledger.load(folder.parents[1])
     (folder / "claims.yaml").unlink()
-    with pytest.raises(LedgerError, match=r"claims.yaml: not found; bring it back"):
+    with pytest.raises(LedgerError, match=r"claims.yaml: not found; restore it"):
         ledger.load(folder.parents[1])

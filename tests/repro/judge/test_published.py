@@ -54,19 +54,19 @@ def filled(root, monkeypatch):
         return list(csv.reader(file))
 
 
-def test_a_table_is_filled_with_the_printed_numbers_that_it_names(
-    checkout, monkeypatch
-):
+def test_table_gets_its_printed_numbers(checkout, monkeypatch):
     rows = filled(checkout("s3_3_1_noise_fail"), monkeypatch)
     assert rows == [["printed"], ["26"]]
 
 
-def test_what_is_no_number_of_the_ledger_is_refused(checkout, monkeypatch):
-    with pytest.raises(LedgerError, match="s3_3_1_noise_fial: published: no number"):
+def test_unknown_printed_number_is_rejected(checkout, monkeypatch):
+    with pytest.raises(
+        LedgerError, match="s3_3_1_noise_fial: published: not in numbers"
+    ):
         filled(checkout("s3_3_1_noise_fial"), monkeypatch)
 
 
-def test_another_printed_value_fills_the_table_again(checkout):
+def test_changed_printed_value_rebuilds_table(checkout):
     root = checkout("s3_3_1_noise_fail")
     wildcards = SimpleNamespace(artefact="ext_beside")
     key = CodeKeys(Work(root, "full", None, {})).table(wildcards)
@@ -76,11 +76,11 @@ def test_another_printed_value_fills_the_table_again(checkout):
 
 
 @pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])
-def test_what_computes_or_judges_cannot_ask_for_printed_numbers(kind):
+def test_experiments_and_claims_cannot_use_printed_numbers(kind):
     assert "published" not in inspect.signature(getattr(marks, kind)).parameters
 
 
-def test_printed_numbers_go_to_figures_and_tables_alone():
+def test_printed_numbers_reach_figures_and_tables_only():
     for found in discover.producers(ROOT):
         if found.published:
             assert found.kind in ("figure", "table"), found.id

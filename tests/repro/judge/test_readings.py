@@ -30,7 +30,7 @@ KNOWN = {
 }
 
 
-def test_every_combination_is_asked_for_the_primary_one_first():
+def test_crossed_gives_all_combinations_primary_first():
     made = crossed(KNOWN, ("noise", "window"))
     assert made[0] == primary(KNOWN, ("noise", "window"))
     assert {tuple(one.items()) for one in made} == {
@@ -40,25 +40,25 @@ def test_every_combination_is_asked_for_the_primary_one_first():
     }
 
 
-def test_what_is_not_crossed_stands_with_primary_options_only():
+def test_crossed_respects_not_crossed_with():
     made = crossed(KNOWN, ("window", "exposure"))
     assert {"window": "half", "exposure": "over"} not in made
     assert len(made) == 3
     assert len(crossed(KNOWN, ("noise", "exposure"))) == 4
 
 
-def test_a_question_that_the_ledger_does_not_list_is_refused():
+def test_unknown_question_is_rejected():
     with pytest.raises(LedgerError, match=r"'noises'.*did you mean noise"):
         crossed(KNOWN, ("noises",))
 
 
-def test_the_primary_option_of_every_question_of_the_ledger_comes_first():
+def test_primary_options_are_listed_first():
     known = open_questions(ROOT)
     assert len(known) > 50
     assert all(one["options"][0] == one["primary"] for one in known.values())
 
 
-def test_a_test_is_called_once_for_each_reading():
+def test_judge_is_called_once_per_reading():
     def judge(results, options):
         return Reading("differs", results["value"] + len(options["noise"]))
 
@@ -67,12 +67,12 @@ def test_a_test_is_called_once_for_each_reading():
     assert {one.regenerated for one in made} == {3}
 
 
-def test_a_test_without_questions_gives_one_reading_without_options():
+def test_judge_without_questions_gives_one_reading():
     made = in_every_reading(lambda results: Reading("differs", 1.0), {}, KNOWN, ())
     assert [one.reading for one in made] == [{}]
 
 
-def test_a_case_names_the_options_taken_and_the_primary_of_those_not_asked():
+def test_case_names_chosen_or_primary_options():
     names = {"noise": {"px": "pixel", "mm": "plane"}, "window": {"full": 1, "half": 2}}
     case = Case(names, {"noise": "mm"})
     assert (case["noise"], case["window"]) == ("plane", 1)
@@ -82,7 +82,7 @@ def test_a_case_names_the_options_taken_and_the_primary_of_those_not_asked():
 
 
 @pytest.mark.parametrize(("true", "verdict"), [(9, "reproduced"), (8, "differs")])
-def test_a_counterpart_holds_in_nine_of_ten_seeds(true, verdict):
+def test_counterpart_holds_in_nine_of_ten_runs(true, verdict):
     holds = np.arange(10) < true
     made = counterpart(holds, np.arange(10.0), "px", "how far")
     assert (made.verdict, made.regenerated, made.unit) == (verdict, 4.5, "px")
@@ -90,7 +90,7 @@ def test_a_counterpart_holds_in_nine_of_ten_seeds(true, verdict):
     assert made.reason.startswith(f"how far; true in {true} of 10 seeds (")
 
 
-def test_a_seed_without_a_value_counts_against_and_is_left_out_of_the_range():
+def test_run_without_value_fails_and_is_not_in_range():
     found = np.array([1.0, np.nan, 3.0, np.inf])
     made = counterpart(found < 5, found)
     assert made.verdict == "differs"
@@ -99,7 +99,7 @@ def test_a_seed_without_a_value_counts_against_and_is_left_out_of_the_range():
     assert (nothing.regenerated, nothing.interval) == ("nothing", None)
 
 
-def test_no_seeds_decide_nothing():
+def test_zero_runs_are_undecided():
     assert decision_of_seeds([]) == UNDECIDED
     assert not Reading.of_seeds([], "nothing").few_seeds
 
@@ -117,14 +117,14 @@ def test_no_seeds_decide_nothing():
         (80, 100, FAILS),
     ],
 )
-def test_of_many_seeds_the_interval_of_their_share_decides(true, seeds, decision):
+def test_interval_decides_for_many_runs(true, seeds, decision):
     holds = np.arange(seeds) < true
     assert decision_of_seeds(holds) == decision
     made = Reading.of_seeds(holds, 1.0, "px", "how far")
     assert (made.few_seeds, made.unit, made.reason) == (False, "px", "how far")
 
 
-def test_few_seeds_are_those_that_no_interval_can_decide():
+def test_few_seeds_limit_matches_interval():
     assert proportion(np.ones(MIN_SEEDS)).low > 0.9 >= proportion(np.ones(35)).low
     few = Reading.of_seeds(np.arange(35) < 32, 1.0)
     assert (few.verdict, few.few_seeds) == ("reproduced", True)
@@ -132,7 +132,7 @@ def test_few_seeds_are_those_that_no_interval_can_decide():
     assert not counterpart(np.ones(53, bool), np.arange(53.0)).few_seeds
 
 
-def test_a_reading_of_an_estimate_has_its_interval_and_of_a_number_none():
+def test_reading_has_interval_of_estimate():
     made = Reading.of(HOLDS, Estimate(2.0, 1.0, 3.0), "mm", "because")
     assert (made.verdict, made.regenerated, made.interval) == ("reproduced", 2, (1, 3))
     assert (made.unit, made.reason, made.reading) == ("mm", "because", {})
@@ -142,13 +142,13 @@ def test_a_reading_of_an_estimate_has_its_interval_and_of_a_number_none():
     assert (made.regenerated, made.interval) == ("no number", None)
 
 
-def test_medians_for_cells_and_numbers_have_the_interval_of_the_statistics():
+def test_medians_have_intervals_of_statistics():
     trials = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
     assert Measured.median(trials) == Measured(3, 1, np.inf)
     assert Value.median(trials, "px") == Value(3, (1, np.inf), "px")
 
 
-def test_numbers_of_seeds_have_the_range_of_those_that_have_a_value():
+def test_numbers_of_runs_have_range():
     seeds = np.array([3.0, 1.0, np.nan, np.inf, 5.0])
     assert Measured.of_seeds(seeds) == Measured(3, 1, 5)
     assert Value.of_seeds(seeds, "mm") == Value(3, (1, 5), "mm")
@@ -156,7 +156,7 @@ def test_numbers_of_seeds_have_the_range_of_those_that_have_a_value():
     assert np.isnan(median_and_range(seeds[2:4])[:3]).all()
 
 
-def test_a_settled_question_is_judged_in_its_primary_option_only():
+def test_settled_question_uses_primary_option_only():
     settled = {"claims": ["c2_one"], "found": "the same verdict", "when": "2026-11-28"}
     known = {**KNOWN, "noise": {**KNOWN["noise"], "settled": settled}}
     every = crossed(known, ("noise", "window"))

@@ -61,17 +61,17 @@ def replace(checkout, name, old, new):
     (checkout / name).write_text(text.replace(old, new))
 
 
-def test_no_test_of_a_claim_was_altered_in_silence():
+def test_claim_tests_match_recorded_hashes():
     assert recorded.faults(ROOT) == []
 
 
-def test_every_judged_claim_of_the_thesis_can_be_recorded():
+def test_all_judged_claims_can_be_recorded():
     now = recorded.tests_now(ROOT)
     assert {"c2_crossover", "c4_sd_smaller"} <= now.keys()
     assert len({one["judge"] for one in now.values()}) > 100
 
 
-def test_a_file_without_entries_has_no_faults_and_is_written_freely(checkout):
+def test_empty_record_has_no_faults(checkout):
     assert recorded.faults(checkout) == []
     assert recorded.record(checkout) == []
     assert list(recorded.recorded(checkout)) == ["c1_low"]
@@ -96,13 +96,11 @@ SAID = {
 
 @pytest.mark.parametrize("said", SAID)
 @pytest.mark.parametrize("part", ALTERED)
-def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
-    checkout, part, said
-):
+def test_changed_test_requires_changed_note(checkout, part, said):
     recorded.record(checkout)
     before = (checkout / FOLDER / recorded.NAME).read_text()
     replace(checkout, *ALTERED[part])
-    line = f"claims.yaml: c1_low: its test changed ({part}), and `changed` did not; "
+    line = f"claims.yaml: c1_low: its test changed ({part}), but `changed` did not; "
     (found,) = recorded.faults(checkout)
     assert found.startswith(line)
     assert recorded.record(checkout) == [found]
@@ -110,7 +108,7 @@ def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
 
     replace(checkout, CLAIMS, *SAID[said])
     (found,) = recorded.faults(checkout)
-    assert found.endswith("`changed` is another; run make recorded")
+    assert found.endswith("`changed` differs; run make recorded")
     assert recorded.record(checkout) == []
     assert recorded.faults(checkout) == []
 
@@ -124,7 +122,7 @@ def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
         ("lib/repro/judge/statistics.py", "return x", "return x + 1"),
     ],
 )
-def test_what_alters_no_test_asks_for_nothing(checkout, name, old, new):
+def test_irrelevant_changes_need_no_note(checkout, name, old, new):
     recorded.record(checkout)
     if name == CLAIMS:
         replace(checkout, CLAIMS, "    low.", "    is low.")
@@ -132,27 +130,27 @@ def test_what_alters_no_test_asks_for_nothing(checkout, name, old, new):
     assert recorded.faults(checkout) == []
 
 
-def test_a_module_of_the_library_may_move(checkout):
+def test_library_module_may_move(checkout):
     recorded.record(checkout)
     replace(checkout, JUDGE, "repro.judge.statistics", "repro.judge.medians")
     assert recorded.faults(checkout) == []
 
 
-def test_a_claim_without_entry_and_an_entry_without_claim_are_named(checkout):
+def test_missing_and_superfluous_entries_are_named(checkout):
     recorded.record(checkout)
     replace(checkout, JUDGE, "c1_low", "c1_unjudged")
     assert [line.split(";")[0] for line in recorded.faults(checkout)] == [
-        "recorded.yaml: c1_low: nothing judges it",
+        "recorded.yaml: c1_low: no judge",
         "recorded.yaml: c1_unjudged: no entry",
     ]
     assert recorded.record(checkout) == []
     assert list(recorded.recorded(checkout)) == ["c1_unjudged"]
 
 
-def test_a_damaged_file_is_one_line(checkout):
+def test_damaged_record_is_one_line(checkout):
     (checkout / FOLDER / recorded.NAME).write_text("recorded: [{id: c1_low}]\n")
     with pytest.raises(LedgerError, match=r"^recorded.yaml: recorded.c1_low.test: key"):
         recorded.faults(checkout)
     (checkout / FOLDER / recorded.NAME).unlink()
-    with pytest.raises(LedgerError, match="bring it back from git"):
+    with pytest.raises(LedgerError, match="restore it from git"):
         recorded.faults(checkout)

@@ -29,7 +29,7 @@ from tests.scoreboard_rows import ROOT, SECTION, Board, row, variant
         ({"variants": [{"verdict": "differs"}]}, "c2_one.variants"),
     ],
 )
-def test_rows_that_break_the_schema_are_refused(changed, complaint):
+def test_checked_rejects_invalid_rows(changed, complaint):
     rows = [row("c2_zero"), row("c2_one", **changed)]
     with pytest.raises(VerdictError) as caught:
         scoreboard.checked(rows)
@@ -37,7 +37,7 @@ def test_rows_that_break_the_schema_are_refused(changed, complaint):
     assert "\n" not in str(caught.value)
 
 
-def test_missing_field_and_repeated_id_are_refused():
+def test_checked_rejects_missing_field_and_repeated_id():
     incomplete = row("c2_one")
     del incomplete["reason"]
     with pytest.raises(VerdictError, match=r"c2_one\.reason: key missing"):
@@ -46,7 +46,7 @@ def test_missing_field_and_repeated_id_are_refused():
         scoreboard.checked([row("c2_one"), row("c2_one", kind="number")])
 
 
-def test_order_and_bytes_do_not_depend_on_the_order_given():
+def test_board_is_independent_of_input_order():
     rows = [
         row("c2_one"),
         row("fig_2_10", kind="artefact"),
@@ -63,7 +63,7 @@ def test_order_and_bytes_do_not_depend_on_the_order_given():
     assert board_page.page(ordered) == board_page.page(again)
 
 
-def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
+def test_page_has_all_rows_and_correct_counts():
     rows = scoreboard.checked(
         [
             row(f"c2_{i}", verdict=v, variants=[variant("px"), variant("mm")])
@@ -99,7 +99,7 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
     assert '<option value="counterpart">' not in page
 
 
-def test_the_board_counts_the_firm_claims_and_filters_by_firmness():
+def test_board_counts_and_filters_firm_claims():
     loose = {"firmness": "some readings", "agree": [1, 2]}
     rows = scoreboard.checked(
         [row("c1"), row("c2", **loose), row("c3", verdict="differs", **loose)]
@@ -114,7 +114,7 @@ def test_the_board_counts_the_firm_claims_and_filters_by_firmness():
     ]  # fmt: skip
 
 
-def test_every_column_of_the_board_can_be_sorted_by():
+def test_board_columns_are_sortable():
     page = board_page.page(scoreboard.checked([row("c2_one")]))
     heads = re.findall(r'<th scope="col" data-sort="(\w)">', page)
     options = re.search(r'<select id="rx-sort".*?</select>', page)[0]
@@ -123,7 +123,7 @@ def test_every_column_of_the_board_can_be_sorted_by():
     assert ["w", *cells] == heads
 
 
-def test_ids_in_a_reason_become_the_words_of_their_rows_with_a_link():
+def test_ids_in_reasons_become_links():
     rows = [
         row("fig_2_3", kind="artefact", reason="differs: c2_one; t2_n of c9_other"),
         row("c2_one", words="It <grows>."),
@@ -139,7 +139,7 @@ def test_ids_in_a_reason_become_the_words_of_their_rows_with_a_link():
     assert "“It &lt;grows&gt;”</a>" in board_page.page(scoreboard.checked(rows))
 
 
-def test_what_nothing_produces_yet_is_folded_away():
+def test_rows_without_producer_are_folded():
     rows = scoreboard.checked(
         [row("c2_one", verdict="not yet", regenerated=None), row("c2_two")]
     )
@@ -151,7 +151,7 @@ def test_what_nothing_produces_yet_is_folded_away():
     assert "rx-pending" not in board_page.page(rows[1:])
 
 
-def test_links_lead_to_the_row_on_its_page_to_data_and_source():
+def test_row_links_to_page_data_and_source():
     rows = scoreboard.checked([row("c2_one")])
     assert 'id="c2_one"' in row_html.comparison(rows, "full", "../", {}, {})
     (to_page, *_), *_ = row_html.addresses(row("sec_2_1", kind="section"), ())
@@ -166,7 +166,7 @@ def test_links_lead_to_the_row_on_its_page_to_data_and_source():
     assert f"source/{SECTION}/page.py" not in board_page.page(rows)
 
 
-def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
+def test_readings_are_grouped_by_verdict():
     shown = row_html.part(
         "readings",
         row(
@@ -184,7 +184,7 @@ def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
     assert row_html.part("readings", row("c2_one")) == ""
 
 
-def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
+def test_verdicts_have_unique_sign_and_meaning():
     schema = ROOT / "lib/repro/judge/schemas" / "scoreboard.schema.json"
     allowed = json.loads(schema.read_text("utf-8"))["$defs"]["verdict"]["enum"]
     assert allowed == list(scoreboard.MEANINGS) == list(row_html.SIGNS)
@@ -194,7 +194,7 @@ def test_every_verdict_has_a_sign_and_a_meaning_of_its_own():
         assert f".rx-{name.replace(' ', '-')}" in styles
 
 
-def test_script_and_page_agree_on_names():
+def test_script_and_page_use_same_names():
     script = (ROOT / "report/source/_static/scoreboard.js").read_text("utf-8")
     page = board_page.page(scoreboard.checked([row("c2_one")]))
     for name in re.findall(r'getElementById\("([^"]+)"\)', script):

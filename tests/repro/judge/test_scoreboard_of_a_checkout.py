@@ -72,7 +72,7 @@ def claim(**changed):
     }
 
 
-def test_comparison_equals_the_board(checkout):
+def test_comparison_equals_board(checkout):
     folder = checkout / "figures" / "full" / "judged"
     board = scoreboard.rows_of(checkout, "full", folder)
     own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
@@ -99,14 +99,14 @@ def test_comparison_equals_the_board(checkout):
     assert judged_with(producers(checkout), OTHER_PAGE, book) == [OTHER_PAGE]
 
 
-def test_comparison_of_a_page_needs_no_other_chapter(checkout):
+def test_comparison_does_not_need_other_chapters(checkout):
     write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
     assert "c2_fov_persp_rises" in row_html.comparison_table(SECTION, "full", checkout)
     with pytest.raises(VerdictError):
         scoreboard.rows_of(checkout, "full", checkout / "figures" / "full" / "judged")
 
 
-def test_quick_shows_values_without_verdicts(checkout):
+def test_quick_board_has_no_verdicts(checkout):
     for path in (checkout / "figures" / "full" / "judged").rglob("*.json"):
         content = json.loads(path.read_text("utf-8")) | {"effort": "quick"}
         name = path.relative_to(checkout / "figures" / "full")

@@ -50,12 +50,12 @@ def of_fig_4_2(adjusted):
         (np.full(TRIALS, 0.8), ("differs", "differs")),
     ],
 )
-def test_rotations_get_worse_in_the_median_or_in_the_mean(adjusted, expected):
+def test_rotations_follow_statistic(adjusted, expected):
     judge = simulated.judge_rotation_worse
     assert verdicts(judge, of_fig_4_2(adjusted)) == expected
 
 
-def test_comparisons_of_fig_4_2_follow_the_statistic():
+def test_fig_4_2_comparisons_follow_statistic():
     apart, falls = of_fig_4_2(MEDIAN_FALLS), np.full(TRIALS, 0.4)
     assert verdicts(simulated.judge_points_better, apart) == ("reproduced", "differs")
     assert verdicts(simulated.judge_little_gain, apart)[1] == "differs"
@@ -66,7 +66,7 @@ def test_comparisons_of_fig_4_2_follow_the_statistic():
     assert verdicts(judge, apart) == ("differs", "undecided")
 
 
-def test_poses_of_fig_4_4_follow_the_statistic():
+def test_fig_4_4_poses_follow_statistic():
     def law(name, condition):
         return spread() * (MEDIAN_FALLS if name.startswith("cgsp_ransac") else 1.0)
 
@@ -94,7 +94,7 @@ FAR_OFF = np.where(np.arange(TRIALS) % 10, 1.0, 20.0)
         (sweeps.judge_modality_independent, "fig_2_3_laws", "law", "stereographic"),
     ],
 )
-def test_claims_on_fig_2_3_follow_the_statistic(judge, experiment, name, level):
+def test_fig_2_3_claims_follow_statistic(judge, experiment, name, level):
     def law(column, condition):
         sizes = {"fig_2_3_noise": condition.get("noise"), "fig_2_3_laws": 1.0}
         size = sizes.get(experiment, 1.0)
@@ -109,7 +109,7 @@ def test_claims_on_fig_2_3_follow_the_statistic(judge, experiment, name, level):
     assert of_mean in ("differs", "undecided")
 
 
-def test_the_rise_of_fig_2_3_and_its_cause_follow_the_statistic():
+def test_fig_2_3_rise_and_cause_follow_statistic():
     def law(column, condition):
         wide = condition["fov_deg"] == 150
         if column.endswith("grazing_spearman"):
@@ -127,7 +127,7 @@ def test_the_rise_of_fig_2_3_and_its_cause_follow_the_statistic():
     assert verdicts(sweeps.judge_fov_generic_150, results)[0] == "reproduced"
 
 
-def test_blur_of_fig_3_11_follows_the_statistic():
+def test_fig_3_11_blur_follows_statistic():
     def law(name, condition):
         if not name.endswith("mean_px"):
             return np.ones(TRIALS)
@@ -138,14 +138,14 @@ def test_blur_of_fig_3_11_follows_the_statistic():
     assert verdicts(judge_blur_limit, results) == ("differs", "reproduced")
 
 
-def test_a_failed_trial_is_the_worst_that_has_a_value_in_a_mean():
+def test_mean_counts_failure_as_worst_value():
     a, b = np.array([1.0, 2.0, np.nan]), np.array([4.0, 1.0, 1.0])
     assert ratio_of("mean", a, b).value == pytest.approx((1 + 2 + 4) / (4 + 1 + 1))
     assert ratio_of("median", a, b).value == 2.0
     assert ratio_of("mean", [np.inf, 1.0], [1.0, 1.0]).value == 1.0
 
 
-def test_wins_of_means_need_the_means():
+def test_wins_of_means_compare_means():
     a = spread() * MEDIAN_FALLS
     (of_medians,), (of_means,) = (wins([(a, spread(1))], s) for s in ("median", "mean"))
     assert of_medians.decision == "holds"
@@ -153,7 +153,7 @@ def test_wins_of_means_need_the_means():
     assert of_medians.p == of_means.p
 
 
-def test_the_mean_stands_with_the_primary_options_of_the_others():
+def test_mean_is_combined_with_primary_options_only():
     entry = open_questions(ROOT)[NAME]
     for judge in (
         simulated.judge_beats_adjusted,

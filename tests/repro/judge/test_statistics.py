@@ -29,14 +29,14 @@ def test_median_interval_covers_the_median(n):
     assert abs(covered - exact * runs) <= binomial_room(runs, exact)
 
 
-def test_ranks_of_the_interval_are_those_of_the_binomial_tails():
+def test_median_interval_ranks_match_binomial_tails():
     for n in range(1, 400):
         rank = stats._median_rank(n)
         assert rank == 0 or binom.cdf(rank - 1, n, 0.5) <= 0.025
         assert binom.cdf(rank, n, 0.5) > 0.025
 
 
-def test_failed_trials_count_as_the_worst():
+def test_failed_trials_count_as_worst():
     good = np.arange(1.0, 11.0)
     failed = np.where(good > 4, np.nan, good)
     found = stats.median_interval(failed)
@@ -46,7 +46,7 @@ def test_failed_trials_count_as_the_worst():
     assert stats.median_interval(failed, worst=-1.0).value == -1.0
 
 
-def test_exact_interval_of_a_share_covers_it_and_never_vanishes():
+def test_proportion_interval_has_coverage_and_width():
     rng = np.random.default_rng(4)
     runs, covered = 400, 0
     for _ in range(runs):
@@ -60,7 +60,7 @@ def test_exact_interval_of_a_share_covers_it_and_never_vanishes():
     assert whole.above(0.9) == stats.UNDECIDED
 
 
-def test_interval_of_a_paired_gain_covers_it_and_never_vanishes():
+def test_paired_gain_interval_has_coverage_and_width():
     rng = np.random.default_rng(5)
     runs, covered = 400, 0
     for _ in range(runs):
@@ -76,7 +76,7 @@ def test_interval_of_a_paired_gain_covers_it_and_never_vanishes():
     assert alike.high == -alike.low == pytest.approx(1 - 0.025 ** (1 / 40))
 
 
-def test_interval_of_a_gain_of_independent_trials_covers_it_and_never_vanishes():
+def test_share_gain_interval_has_coverage_and_width():
     rng = np.random.default_rng(6)
     runs, covered = 200, 0
     for _ in range(runs):
@@ -95,7 +95,7 @@ def share_outside(drawn, found):
     return np.array([np.mean(drawn < found.low), np.mean(drawn > found.high)])
 
 
-def test_a_bootstrap_leaves_out_a_fortieth_of_its_draws_on_each_side():
+def test_bootstrap_interval_excludes_tails():
     drawn = []
 
     def mean(values):
@@ -111,7 +111,7 @@ def test_a_bootstrap_leaves_out_a_fortieth_of_its_draws_on_each_side():
     assert (share + 1 / stats.RESAMPLES >= 0.025).all()
 
 
-def test_a_trend_leaves_out_a_fortieth_of_its_draws_on_each_side():
+def test_trend_interval_excludes_tails():
     rng = np.random.default_rng(12)
     x = np.array([0.1, 0.5, 2.0])
     trials = [v * rng.lognormal(sigma=0.3, size=51) for v in x]
@@ -128,7 +128,7 @@ def test_a_trend_leaves_out_a_fortieth_of_its_draws_on_each_side():
     assert (share + 1 / (len(drawn) - 1) >= 0.025).all()
 
 
-def test_same_trials_give_the_same_interval():
+def test_bootstrap_is_reproducible():
     values = np.random.default_rng(2).normal(size=40)
     assert stats.median_interval(values) == stats.median_interval(values.copy())
 
@@ -143,13 +143,13 @@ def test_same_trials_give_the_same_interval():
         (1.0, 1.1, "undecided", "fails"),
     ],
 )
-def test_decisions_need_the_whole_interval(low, high, above, below):
+def test_decisions_require_whole_interval(low, high, above, below):
     estimate = stats.Estimate((low + high) / 2, low, high)
     assert estimate.above(1.0) == above
     assert estimate.below(1.0) == below
 
 
-def test_margin_needs_both_sides():
+def test_within_requires_both_sides():
     assert stats.Estimate(1.0, 0.95, 1.05).within(0.9, 1.1) == "holds"
     assert stats.Estimate(1.0, 0.85, 1.05).within(0.9, 1.1) == "undecided"
     assert stats.Estimate(1.3, 1.2, 1.4).within(0.9, 1.1) == "fails"
@@ -161,7 +161,7 @@ def pairs(rng, factor, n=50, levels=3):
     return [(a, factor * a * e) for a, e in zip(base, noise, strict=True)]
 
 
-def test_wins_sees_a_clear_difference_and_only_that():
+def test_wins_detects_clear_difference_only():
     rng = np.random.default_rng(3)
     decisions = {
         factor: [
@@ -175,7 +175,7 @@ def test_wins_sees_a_clear_difference_and_only_that():
     assert decisions[0.9].count("fails") == 15
 
 
-def test_a_small_difference_is_no_win_however_significant():
+def test_wins_rejects_small_significant_difference():
     rng = np.random.default_rng(4)
     a = rng.lognormal(sigma=0.2, size=400)
     (found,) = stats.wins([(a, 1.02 * a)])
@@ -183,7 +183,7 @@ def test_a_small_difference_is_no_win_however_significant():
     assert found.decision == "fails"
 
 
-def test_wins_asks_for_one_side_only():
+def test_wins_is_one_sided():
     a = np.array([1.0, 2.1, 3.3, 4.6])
     (found,) = stats.wins([(a, 2 * a)])
     # Four fair coins that all show the same, named side.
@@ -192,7 +192,7 @@ def test_wins_asks_for_one_side_only():
     assert reverse.p == pytest.approx(1)
 
 
-def test_wins_corrects_for_the_number_of_levels():
+def test_wins_corrects_for_number_of_levels():
     levels = pairs(np.random.default_rng(15), 1.03, n=12)
     alone = [stats.wins([level])[0].p for level in levels]
     together = [found.p for found in stats.wins(levels)]
@@ -200,17 +200,17 @@ def test_wins_corrects_for_the_number_of_levels():
     assert together != pytest.approx(alone)
 
 
-def test_a_ratio_without_significance_decides_nothing():
+def test_wins_is_undecided_without_significance():
     """Forty pairs gain a tenth, ten lose all but a little."""
     a = np.linspace(1, 1.001, 50)
     b = np.where(np.arange(50) < 40, 1.1 * a, 0.01 * a)
     (found,) = stats.wins([(a, b)])
-    assert found.ratio.above(stats.LEAST_RATIO) == "holds"
+    assert found.ratio.above(stats.MIN_RATIO) == "holds"
     assert 0.01 < found.p < 0.1
     assert found.decision == "undecided"
 
 
-def test_wins_counts_a_failure_of_one_side_against_it():
+def test_wins_counts_one_sided_failures():
     a = np.linspace(1, 2, 60)
     b = np.where(np.arange(60) % 2, np.nan, a)
     (found,) = stats.wins([(a, b)])
@@ -219,7 +219,7 @@ def test_wins_counts_a_failure_of_one_side_against_it():
     assert reverse.decision != "holds"
 
 
-def test_false_positives_of_wins_stay_below_the_level():
+def test_wins_false_positive_rate_is_below_level():
     rng = np.random.default_rng(5)
     runs = 100
     p = [stats.wins([(rng.normal(9, 1, 50), rng.normal(9, 1, 50))])[0].p
@@ -228,7 +228,7 @@ def test_false_positives_of_wins_stay_below_the_level():
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=8))
-def test_holm_lies_between_raw_and_bonferroni_and_keeps_the_order(p):
+def test_holm_is_between_raw_and_bonferroni(p):
     corrected = np.array(stats.holm(p))
     raw = np.array(p)
     assert np.all(corrected >= raw)
@@ -238,11 +238,11 @@ def test_holm_lies_between_raw_and_bonferroni_and_keeps_the_order(p):
     assert np.all(np.diff(corrected[order]) >= 0)
 
 
-def test_holm_by_hand():
+def test_holm_matches_manual_example():
     assert stats.holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
 
 
-def test_weighted_line_recovers_a_line_and_its_r2():
+def test_weighted_line_recovers_line_and_r2():
     x = np.array([0.02, 0.1, 0.25, 0.5, 1.0, 2.0])
     line = stats.weighted_line(x, 3 * x + 1, 1 / x)
     assert (line.slope, line.intercept, line.r2) == pytest.approx((3, 1, 1))
@@ -250,14 +250,14 @@ def test_weighted_line_recovers_a_line_and_its_r2():
     assert bent.r2 < 0.98
 
 
-def test_weights_decide_which_points_a_line_follows():
+def test_weighted_line_follows_heavy_points():
     x = np.array([0.0, 1.0, 2.0, 3.0])
     y = np.array([0.0, 1.0, 2.0, 9.0])
     line = stats.weighted_line(x, y, np.array([1, 1, 1, 1e-9]))
     assert line.slope == pytest.approx(1, abs=1e-6)
 
 
-def test_trend_of_a_power_law_covers_its_exponent():
+def test_trend_covers_power_law_exponent():
     rng = np.random.default_rng(6)
     x = np.array([0.1, 0.25, 0.5, 1.0, 2.0])
     runs, covered = 40, 0
@@ -268,7 +268,7 @@ def test_trend_of_a_power_law_covers_its_exponent():
     assert covered >= 0.93 * runs - binomial_room(runs, 0.93)
 
 
-def test_median_ratio_and_welch_agree_on_the_sign():
+def test_median_ratio_and_welch_agree_in_sign():
     rng = np.random.default_rng(7)
     small, large = rng.normal(1, 0.1, 50), rng.normal(2, 0.1, 50)
     ratio = stats.median_ratio(large, small)
@@ -278,7 +278,7 @@ def test_median_ratio_and_welch_agree_on_the_sign():
 
 
 @pytest.mark.parametrize("statistic", ["median", "mean"])
-def test_pairs_are_drawn_together_into_a_ratio(statistic):
+def test_median_ratio_resamples_pairs(statistic):
     """What both trials of a pair share is no scatter of their ratio."""
     trials = np.random.default_rng(3).lognormal(0, 1, 60)
     both = stats.ratio_of(statistic, 1.2 * trials, trials, paired=True)
@@ -292,7 +292,7 @@ GOOD = np.linspace(1.0, 2.0, 50)
 MOSTLY_FAILED = np.where(np.arange(50) < 30, np.nan, GOOD)
 
 
-def test_failures_on_both_sides_leave_a_ratio_open():
+def test_median_ratio_of_two_failures_is_undetermined():
     for trials in (FAILED, MOSTLY_FAILED):
         ratio = stats.median_ratio(trials, trials)
         assert ratio.above(1.0) == ratio.below(1.0) == "undecided"
@@ -300,7 +300,7 @@ def test_failures_on_both_sides_leave_a_ratio_open():
     assert stats.median_ratio(GOOD, FAILED).below(1.0) == "holds"
 
 
-def test_wins_takes_failures_of_the_same_trial_as_a_tie():
+def test_wins_treats_common_failures_as_ties():
     few = np.where(np.arange(50) < 10, np.nan, GOOD)
     (found,) = stats.wins([(few, 2 * few)])
     assert (found.ratio.value, found.decision) == (pytest.approx(2), "holds")
@@ -308,13 +308,13 @@ def test_wins_takes_failures_of_the_same_trial_as_a_tie():
     assert (found.p, found.decision) == (1.0, "undecided")
 
 
-def test_wins_needs_fifty_trials():
+def test_wins_requires_fifty_trials():
     assert stats.wins([(GOOD, 2 * GOOD)])[0].decision == "holds"
     assert stats.wins([(GOOD[:49], 2 * GOOD[:49])])[0].decision == "undecided"
     assert stats.wins([(2 * GOOD[:49], GOOD[:49])])[0].decision == "fails"
 
 
-def test_a_failure_in_a_trend_is_as_bad_as_the_worst_of_its_level():
+def test_trend_failure_equals_worst_of_level():
     x = np.array([1.0, 2.0, 3.0])
     failing = np.where(np.arange(50) % 3, GOOD, np.nan)
     as_worst = np.where(np.isnan(failing), np.nanmax(failing), failing)
@@ -325,13 +325,13 @@ def test_a_failure_in_a_trend_is_as_bad_as_the_worst_of_its_level():
     assert found == same._replace(failed=17)
 
 
-def test_levels_of_a_trend_are_resampled_each_for_itself():
+def test_trend_resamples_levels_independently():
     found = stats.trend(np.array([1.0, 2.0]), [GOOD, GOOD], stats.loglog_slope)
     assert found.value == pytest.approx(0, abs=1e-12)
     assert found.low < -0.05 < 0.05 < found.high
 
 
-def test_a_level_without_success_leaves_a_trend_open():
+def test_trend_without_success_is_undetermined():
     found = stats.trend(
         np.array([1.0, 2.0, 3.0]), [GOOD, FAILED, GOOD], stats.loglog_slope
     )
@@ -339,7 +339,7 @@ def test_a_level_without_success_leaves_a_trend_open():
     assert found.failed == 50
 
 
-def test_welch_where_nothing_succeeds_or_scatters():
+def test_welch_handles_no_success_and_no_scatter():
     assert stats.welch_less(FAILED, FAILED) == 1.0
     assert stats.welch_less(GOOD, FAILED) < 1e-6
     assert stats.welch_less(FAILED, GOOD) > 0.99
@@ -348,14 +348,14 @@ def test_welch_where_nothing_succeeds_or_scatters():
     assert stats.welch_less(constant, constant) == 1.0
 
 
-def test_welch_is_the_test_of_that_name():
+def test_welch_matches_scipy():
     rng = np.random.default_rng(14)
     a, b = rng.normal(1.0, 1.0, 6), rng.normal(1.6, 2.0, 9)
     theirs = ttest_ind(a, b, equal_var=False, alternative="less").pvalue
     assert stats.welch_less(a, b) == pytest.approx(theirs, rel=1e-12)
 
 
-def test_false_positives_of_welch_stay_near_the_level():
+def test_welch_false_positive_rate_is_near_level():
     rng = np.random.default_rng(8)
     runs = 400
     p = [stats.welch_less(rng.normal(0, 1, 50), rng.normal(0, 3, 50))
@@ -363,7 +363,7 @@ def test_false_positives_of_welch_stay_near_the_level():
     assert np.sum(np.array(p) < 0.01) <= 0.01 * runs + binomial_room(runs, 0.01)
 
 
-def test_mcnemar_counts_only_the_trials_that_differ():
+def test_mcnemar_uses_discordant_trials_only():
     a = np.array([True] * 5 + [False] * 10 + [True] * 30)
     b = np.array([True] * 4 + [False] + [True] * 9 + [False] + [True] * 30)
     # One lost, nine gained: twice the tail of ten fair coins.
@@ -371,7 +371,7 @@ def test_mcnemar_counts_only_the_trials_that_differ():
     assert stats.mcnemar(a, a) == 1.0
 
 
-def test_mcnemar_is_the_law_of_a_fair_coin():
+def test_mcnemar_matches_binomial():
     only, rest = np.ones(6, bool), np.zeros(6, bool)
     assert stats.mcnemar(only, rest) == pytest.approx(2 / 2**6)
     assert stats.mcnemar(only, only) == 1.0

@@ -76,7 +76,7 @@ NUMBERS = {
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_a_number_is_judged_by_role_source_and_comparator(name):
+def test_number_verdict_follows_role_source_comparator(name):
     entry, found, expected = NUMBERS[name]
     row = of_number(entry, found)
     assert row["verdict"] == expected
@@ -90,7 +90,7 @@ def test_a_number_is_judged_by_role_source_and_comparator(name):
         assert row["reason"]
 
 
-def test_a_counterpart_has_the_ratio_and_the_remark():
+def test_counterpart_has_ratio_and_remark():
     row = of_number(number(0.1, source="real"), value(0.25, reason="three seeds"))
     assert (row["ratio"], row["reason"]) == (pytest.approx(2.5), "three seeds")
     row = of_number(number(0, source="real"), value(0.25))
@@ -106,14 +106,14 @@ def test_a_counterpart_has_the_ratio_and_the_remark():
 @pytest.mark.parametrize(
     ("found", "line"),
     [
-        (value(None), "value: found nothing"),
+        (value(None), "value: not a number"),
         (value(3, unit="mm"), "unit: found 'mm'; give it in px, as published"),
-        (value(3), "interval: found none; a simulated result needs its 95 %"),
+        (value(3), "interval: missing"),
         (value(3, (4, 2)), r"interval: found \(4, 2\); give \[low, high\]"),
         (value(3, (None, 2)), "interval: found"),
     ],
 )
-def test_a_number_that_cannot_be_judged_is_an_error_of_one_line(found, line):
+def test_invalid_number_is_rejected_in_one_line(found, line):
     with pytest.raises(VerdictError, match=rf"^{PAGE}: n: {line}"):
         of_number(number(), found)
 
@@ -121,19 +121,19 @@ def test_a_number_that_cannot_be_judged_is_an_error_of_one_line(found, line):
 @pytest.mark.parametrize(
     ("printed", "half"), [(0.46, 0.005), (12, 0.5), (1e-05, 5e-06), (30000, 0.5)]
 )
-def test_the_printed_precision_is_half_the_last_digit(printed, half):
+def test_printed_precision_is_half_last_digit(printed, half):
     assert half_last_digit(printed) == pytest.approx(half)
     assert equal_as_printed(printed, printed + 0.9 * half, exact=False)
     assert not equal_as_printed(printed, printed + 1.1 * half, exact=False)
 
 
-def test_a_claim_without_open_questions_has_one_reading():
+def test_unambiguous_claim_has_one_reading():
     row = of_claim(("differs", {}))
     assert (row["verdict"], row["published"]) == ("differs", "It grows.")
     assert (row["variants"], row["reason"]) == ([], "slope")
 
 
-def test_the_primary_reading_decides_and_the_others_stand_beside_it():
+def test_primary_reading_decides_and_others_are_variants():
     row = of_claim(
         ("differs", {"noise": "mm", "extent": "unbounded"}),
         ("reproduced", {"noise": "px", "extent": "finite"}),
@@ -157,7 +157,7 @@ def test_the_primary_reading_decides_and_the_others_stand_beside_it():
         (("reproduced", "undecided"), "some readings", [1, 3]),
     ],
 )
-def test_a_claim_is_firm_if_every_reading_shares_its_verdict(others, firmness, agree):
+def test_claim_is_firm_if_readings_agree(others, firmness, agree):
     options = ["px", "mm", "rad"][: 1 + len(others)]
     book = small(claims={"c": claim("fig_2_1")}, readings={"noise": question(*options)})
     found = readings(
@@ -169,7 +169,7 @@ def test_a_claim_is_firm_if_every_reading_shares_its_verdict(others, firmness, a
     assert (row["firmness"], row["agree"]) == (firmness, agree)
 
 
-def test_a_claim_without_anything_to_compare_with_says_so_in_every_build():
+def test_not_comparable_claim_is_shown_in_every_build():
     book = small(claims={"c": claim("fig_2_1"), "d": claim("fig_2_1")})
     alone = readings(("not comparable", {}))
     alone["readings"][0]["reason"] = "the method is not described"
@@ -186,14 +186,14 @@ def test_a_claim_without_anything_to_compare_with_says_so_in_every_build():
     assert shown["quick"]["d"]["verdict"] == "quick"
 
 
-def test_a_number_is_judged_in_one_reading_and_has_its_words():
+def test_number_has_one_reading_and_words():
     row = of_number({**number(), "conditions": "wide"}, value(640, (600, 700)))
     assert (row["firmness"], row["agree"]) == (None, None)
     assert (row["words"], row["conditions"]) == ("width", "wide")
     assert of_claim(("differs", {}))["words"] == "It grows."
 
 
-def test_a_claim_has_its_test_and_how_it_was_changed():
+def test_claim_row_has_test_and_change():
     told = {**claim("fig_2_1"), "test": "Slope >= 0.9.", "changed": "Once."}
     book = small(claims={"c": told})
     row = by_id(book, judged(claims={"c": readings(("differs", {}))}))["c"]
@@ -201,7 +201,7 @@ def test_a_claim_has_its_test_and_how_it_was_changed():
     assert of_claim(("differs", {}))["changed"] == ""
 
 
-def test_an_interval_holds_what_lies_between_its_ends():
+def test_interval_includes_its_ends():
     for low, high, wanted in (
         (600, 700, "reproduced"),
         (640, 640, "reproduced"),
@@ -212,7 +212,7 @@ def test_an_interval_holds_what_lies_between_its_ends():
         assert row["verdict"] == wanted
 
 
-def test_claims_and_numbers_are_shown_with_their_intervals():
+def test_rows_have_intervals():
     found = readings(("differs", {}))
     found["readings"][0]["interval"] = [0.8, 0.9]
     book = small(claims={"c": claim("fig_2_1")})
@@ -220,13 +220,13 @@ def test_claims_and_numbers_are_shown_with_their_intervals():
     assert of_number(number(), value(640, [600, 700]))["interval"] == [600, 700]
 
 
-def test_readings_that_agree_need_no_remark():
+def test_agreeing_readings_have_no_remark():
     row = of_claim(("differs", {"noise": "px"}), ("differs", {"noise": "mm"}))
     assert row["reason"] == "slope"
     assert len(row["variants"]) == 1
 
 
-def test_options_that_are_not_crossed_stand_with_the_primary_ones_only():
+def test_uncrossed_options_use_primary_options_only():
     book = small(claims={"c": claim("fig_2_1")})
     book.readings["noise"]["not_crossed_with"] = ["extent"]
     taken = [("px", "unbounded"), ("px", "finite"), ("mm", "unbounded")]
@@ -239,21 +239,21 @@ def test_options_that_are_not_crossed_stand_with_the_primary_ones_only():
     assert len(found(options)["variants"]) == 2
     with pytest.raises(VerdictError, match=r"found {'noise': 'mm', 'extent': 'fin"):
         found([*options, {"noise": "mm", "extent": "finite"}])
-    with pytest.raises(VerdictError, match=r"'mm', 'extent': 'unbounded'} is missing"):
+    with pytest.raises(VerdictError, match=r"'mm', 'extent': 'unbounded'} missing"):
         found(options[:2])
 
 
 @pytest.mark.parametrize(
     ("taken", "line"),
     [
-        (({"noise": "px"},), "reading: {'noise': 'mm'} is missing; test it too"),
-        (({"nois": "px"},), "found the question 'nois', .*; did you mean noise?"),
-        (({"noise": "px"}, {"noise": "cm"}), "found {'noise': 'cm'}; every reading"),
-        (({"noise": "px"}, {"extent": "finite"}), "found {'extent': 'finite'}; every"),
+        (({"noise": "px"},), "reading: {'noise': 'mm'} missing; test it too"),
+        (({"nois": "px"},), "question 'nois' .*; did you mean noise?"),
+        (({"noise": "px"}, {"noise": "cm"}), "found {'noise': 'cm'}; give"),
+        (({"noise": "px"}, {"extent": "finite"}), "found {'extent': 'finite'}; give"),
         (({"noise": "px"}, {"noise": "px"}), "found {'noise': 'px'} twice; give each"),
     ],
 )
-def test_readings_must_be_all_combinations_of_listed_options(taken, line):
+def test_readings_must_be_all_combinations(taken, line):
     with pytest.raises(VerdictError, match=f"^{PAGE}: c: reading: .*|{line}") as error:
         of_claim(*(("reproduced", options) for options in taken))
     assert error.match(line)

@@ -33,7 +33,7 @@ ARTEFACTS = {
 
 
 @pytest.mark.parametrize("name", ARTEFACTS)
-def test_an_artefact_follows_its_decided_claims_and_its_check(name):
+def test_artefact_follows_claims_and_check(name):
     claims, check, expected = ARTEFACTS[name]
     row = of_artefact(check, **claims)
     assert row["verdict"] == expected
@@ -45,7 +45,7 @@ def test_an_artefact_follows_its_decided_claims_and_its_check(name):
         assert check["text"] in row["reason"]
 
 
-def test_an_artefact_counts_its_decided_claims():
+def test_artefact_counts_decided_claims():
     row = of_artefact(a="reproduced", b="differs", c="undecided")
     assert row["regenerated"] == "1 of 2 decided claims reproduced"
     assert row["reason"] == "differs: c_b; undecided: c_c"
@@ -66,7 +66,7 @@ FIRM = {
 }
 
 
-def test_what_cannot_be_compared_decides_nothing_about_an_artefact():
+def test_not_comparable_claim_does_not_decide_artefact():
     claims = {name: claim("fig_2_1") for name in ("c0", "c1")}
     found = {"c0": readings(("not comparable", {})), "c1": readings(("reproduced", {}))}
     page = judged(claims=found, artefacts={"fig_2_1": drawn(None)})
@@ -77,7 +77,7 @@ def test_what_cannot_be_compared_decides_nothing_about_an_artefact():
 
 
 @pytest.mark.parametrize("name", FIRM)
-def test_an_artefact_is_firm_if_no_reading_of_a_claim_can_turn_it(name):
+def test_artefact_firmness_follows_claims(name):
     outcomes, check, firmness, agree = FIRM[name]
     words = {"R": "reproduced", "D": "differs", "U": "undecided"}
     claims = {f"c{i}": claim("fig_2_1") for i, _ in enumerate(outcomes)}
@@ -97,12 +97,12 @@ def test_an_artefact_is_firm_if_no_reading_of_a_claim_can_turn_it(name):
     assert row["fig_2_1"]["agree"] is row["fig_2_1"]["firmness"] is None
 
 
-def test_a_schematic_without_claims_needs_a_check():
-    with pytest.raises(VerdictError, match="check: found none; a drawing without"):
+def test_illustration_without_claims_requires_check():
+    with pytest.raises(VerdictError, match="check: missing; a drawing without"):
         of_artefact(data="illustration")
 
 
-def test_an_artefact_that_nothing_draws_is_not_yet_whatever_its_claims():
+def test_artefact_without_drawing_is_not_yet():
     book = small(claims={"c": claim("fig_2_1")})
     page = judged(claims={"c": readings(("reproduced", {}))})
     row = by_id(book, page)["fig_2_1"]
@@ -121,7 +121,7 @@ SECTION = {"sec_2_1": {"title": "Pinhole"}}
         ([], "counterpart"),
     ],
 )
-def test_a_section_follows_its_claims(outcomes, expected):
+def test_section_follows_claims(outcomes, expected):
     claims = {f"c{i}": claim("sec_2_1") for i, _ in enumerate(outcomes)}
     book = small(
         claims=claims,
@@ -138,7 +138,7 @@ def test_a_section_follows_its_claims(outcomes, expected):
     assert row["evidence"] == ("synthetic" if outcomes else "analytic")
 
 
-def test_a_section_of_cited_numbers_is_not_comparable():
+def test_section_of_cited_numbers_is_not_comparable():
     cited = {**number(role="literature", source="real"), "artefact": "sec_2_1"}
     book = small(numbers={"n": cited}, sections=SECTION)
     found = by_id(book)

@@ -24,7 +24,7 @@ from tests.verdict_books import (
 )
 
 
-def test_quick_rows_show_values_and_say_quick():
+def test_quick_rows_have_values_without_verdict():
     row = of_claim(
         ("differs", {"noise": "mm"}), ("reproduced", {"noise": "px"}), effort="quick"
     )
@@ -40,7 +40,7 @@ def test_quick_rows_show_values_and_say_quick():
 
 
 @pytest.mark.parametrize("effort", ["quick", "full"])
-def test_a_number_that_half_of_the_trials_fail_at_has_no_ratio(effort):
+def test_infinite_number_has_no_ratio(effort):
     """Infinity is written as a word; the row says what it stands for."""
     entry = number(value=7.85, source="real")
     row = of_number(entry, value("inf", ["inf", "inf"]), effort=effort)
@@ -50,15 +50,15 @@ def test_a_number_that_half_of_the_trials_fail_at_has_no_ratio(effort):
     assert (row["verdict"], row["ratio"]) == ("counterpart", 0.5)
 
 
-def test_not_yet_is_for_listed_chapters_only():
+def test_not_yet_requires_listed_chapter():
     book = small(numbers={"n": number()}, claims={"c": claim("fig_2_1")})
     assert {r["verdict"] for r in by_id(book).values()} == {"not yet"}
-    line = r"^c: nothing produces it and chapter 2 counts as built; .* \(and 2 more\)$"
+    line = r"^c: no producer, and chapter 2 counts as built; .* \(and 2 more\)$"
     with pytest.raises(VerdictError, match=line):
         by_id(book, unfinished={"3": "all"})
 
 
-def test_a_missing_value_is_an_error_at_quick_size_too():
+def test_missing_value_is_rejected_in_quick_build():
     with pytest.raises(VerdictError, match="chapter 2 counts as built"):
         by_id(small(), effort="quick", unfinished={})
 
@@ -68,16 +68,17 @@ def test_a_missing_value_is_an_error_at_quick_size_too():
     [
         (
             judged(claims={"c_one": readings(("differs", {}))}),
-            "ch02_one/s1: c_one: no claim of the ledger; did you mean c_ones?",
+            "ch02_one/s1: c_one: not in the claims of the ledger; did you mean c_ones?",
         ),
         (
             judged(numbers={"zzz": value(1)}),
-            "ch02_one/s1: zzz: no number of the ledger; what is not in the thesis is "
-            "called ext_...",
+            "ch02_one/s1: zzz: not in the numbers of the ledger; names outside the "
+            "thesis begin with ext_",
         ),
         (
             judged(artefacts={"fig_2_11": drawn()}),
-            "ch02_one/s1: fig_2_11: no artefact of the ledger; did you mean fig_2_1?",
+            "ch02_one/s1: fig_2_11: not in the artefacts of the ledger; did you mean "
+            "fig_2_1?",
         ),
         (
             judged(effort="quick"),
@@ -86,22 +87,22 @@ def test_a_missing_value_is_an_error_at_quick_size_too():
         ),
     ],
 )
-def test_what_no_ledger_knows_is_an_error_with_a_suggestion(page, line):
+def test_unknown_ids_are_rejected_with_suggestion(page, line):
     book = small(claims={"c_ones": claim("fig_2_1")}, numbers={"n": number()})
     with pytest.raises(VerdictError) as error:
         by_id(book, page)
     assert str(error.value) == line
 
 
-def test_one_page_judges_an_entry():
+def test_entry_judged_twice_is_rejected():
     pages = [judged(p, artefacts={"fig_2_1": drawn()}) for p in ("ch02_one/s1", "b/s2")]
     with pytest.raises(
-        VerdictError, match=r"^b/s2: fig_2_1: judged by ch02_one/s1 too"
+        VerdictError, match=r"^b/s2: fig_2_1: also judged by ch02_one/s1"
     ):
         by_id(small(), *pages)
 
 
-def test_extensions_get_no_row():
+def test_extensions_have_no_row():
     page = judged(
         artefacts={"ext_fig": drawn(), "ext_corners@left": drawn()},
         numbers={"ext_n": value(None)},
@@ -109,7 +110,7 @@ def test_extensions_get_no_row():
     assert list(by_id(small(), page)) == ["fig_2_1"]
 
 
-def test_rows_have_the_fields_of_the_scoreboard_in_order():
+def test_rows_have_scoreboard_fields_in_order():
     rows = verdict.rows(small(), [], {"2": "the rest"}, "full")
     assert list(rows[0]) == [
         "id", "kind", "chapter", "words", "conditions", "verdict", "firmness",
@@ -119,7 +120,7 @@ def test_rows_have_the_fields_of_the_scoreboard_in_order():
     ]  # fmt: skip
 
 
-def test_with_nothing_judged_everything_that_can_be_run_is_not_yet():
+def test_entries_without_result_are_not_yet():
     unfinished = dict.fromkeys("123456A", "all")
     rows = verdict.rows(ledger.load(ROOT), [], unfinished, "full")
     assert Counter(row["kind"] for row in rows) == {
@@ -133,7 +134,7 @@ def test_with_nothing_judged_everything_that_can_be_run_is_not_yet():
     assert others == {"s1_2_3_pairs": "not comparable", "sec_1_2_3": "not comparable"}
 
 
-def test_judged_files_are_read_in_order_and_checked(tmp_path):
+def test_judged_files_are_read_in_order_and_validated(tmp_path):
     folder = tmp_path / "judged"
     for name in ("b/s1", "a/s2"):
         path = folder / f"{name}.json"
@@ -155,7 +156,7 @@ def test_judged_files_are_read_in_order_and_checked(tmp_path):
     assert [c["page"] for c in verdict.read_judged(folder, ["b/s1"])] == ["b/s1"]
 
 
-def test_the_list_of_unfinished_chapters_is_checked(tmp_path):
+def test_unfinished_chapters_are_validated(tmp_path):
     (tmp_path / "chapters").mkdir()
     path = tmp_path / "chapters/unfinished.yaml"
     path.write_text('"2": the rest\nA: all\n')
@@ -166,7 +167,7 @@ def test_the_list_of_unfinished_chapters_is_checked(tmp_path):
             verdict.read_unfinished(tmp_path)
 
 
-def test_a_setting_that_was_run_otherwise_says_so():
+def test_setting_with_other_value_states_it():
     row = of_number(number(role="setting"), value(641))
     assert row["verdict"] == "setting"
     assert row["reason"] == "run with 641, the text states 640"

@@ -18,7 +18,7 @@ PAGES = [
 ]
 
 
-def test_exercises_know_right_from_wrong():
+def test_check_accepts_right_and_rejects_wrong():
     def expected():
         return np.array([1.0, 2.0, 3.0])
 
@@ -39,7 +39,7 @@ def test_exercises_know_right_from_wrong():
     assert "3.0" not in wrong.text
 
 
-def test_a_right_answer_may_be_a_fraction_a_column_or_rounded():
+def test_check_accepts_fraction_column_rounding():
     def expected():
         return np.array([0.5, -2.0])
 
@@ -53,7 +53,7 @@ def test_a_right_answer_may_be_a_fraction_a_column_or_rounded():
     assert exercise.check(60.5, lambda: 60).right is False
 
 
-def test_a_vector_up_to_a_factor_may_have_any_length_and_sign():
+def test_check_accepts_any_factor():
     def line():
         return np.array([3.0, 4.0, 0.0])
 
@@ -67,5 +67,5 @@ def test_a_vector_up_to_a_factor_may_have_any_length_and_sign():
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_exercise_takes_what_a_right_student_answers(page):
+def test_exercises_accept_right_answers(page):
     assert misjudged(ROOT, page) == []

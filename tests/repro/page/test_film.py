@@ -21,7 +21,7 @@ def made(labels=("a", "b <i>", "c")):
     return Film([Panel("One", "Gets lighter.", frames)], labels)
 
 
-def test_every_frame_is_on_the_page_with_its_label():
+def test_video_page_has_frames_and_labels():
     page = film_page(made(), "Film & title")
     assert "<title>Film &amp; title</title>" in page
     found = re.search(r'id="words">(.*?)</script>', page, re.S)[1]
@@ -39,7 +39,7 @@ def test_every_frame_is_on_the_page_with_its_label():
     assert page == film_page(made(), "Film & title")
 
 
-def test_a_slider_shows_figures_as_lines_and_loads_nothing():
+def test_slider_embeds_vector_figures():
     def drawn(x):
         figure, axes = style.new_figure(height_in=1.0)
         axes.plot([0, x], [0, 1])
@@ -65,15 +65,15 @@ def test_a_slider_shows_figures_as_lines_and_loads_nothing():
     assert not re.search(r'(?:src|href)="(?!data:)|url\(|import |fetch\(', page)
 
 
-def test_labels_and_frames_are_as_many_and_the_page_is_small(monkeypatch):
+def test_video_rejects_unequal_counts_and_large_pages(monkeypatch):
     with pytest.raises(ValueError, match=r"\[2, 3\] frames and labels"):
         film_page(made(labels=("a", "b")), "")
-    monkeypatch.setattr(film, "LARGEST_BYTES", 1000)
+    monkeypatch.setattr(film, "MAX_BYTES", 1000)
     with pytest.raises(ValueError, match="1000 at most"):
         film_page(made(), "")
 
 
-def test_a_figure_becomes_a_frame():
+def test_figure_becomes_frame():
     drawn, axes = style.new_figure(height_in=1.0)
     axes.set(xlabel="Place (mm)", ylabel="Place (mm)")
     picture = pictured(drawn, 50)

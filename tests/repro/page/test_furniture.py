@@ -37,7 +37,7 @@ def furnisher(tmp_path):
     return Furnisher(tmp_path, "full", "ch02_x/s5_page")
 
 
-def test_the_original_is_told_in_words(furnisher):
+def test_original_axes_are_described(furnisher):
     block = furnisher.block("fig_2_6")
     assert "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)" in block
     assert "x: translation; y: translation; series: standard perspective" in block
@@ -49,7 +49,7 @@ def test_the_original_is_told_in_words(furnisher):
     assert "\n\n" not in block
 
 
-def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
+def test_extension_of_set_has_log_of_set(furnisher):
     block = furnisher.block("ext_corners@my-set")
     assert "In the thesis" not in block
     assert 'href="../logs/sweep@my-set.json" title="log of sweep">log</a>' in block
@@ -57,14 +57,14 @@ def test_what_is_not_in_the_thesis_has_no_original_and_its_set_s_log(furnisher):
     assert "version 0.1.0, ext_corners." in block
 
 
-def test_what_shows_every_set_has_every_set_s_log(furnisher):
+def test_artefact_of_all_sets_has_all_logs(furnisher):
     block = furnisher.block("ext_all")
     for name in ("my-set", "other"):
         address = f'href="../logs/sweep@{name}.json" title="log of sweep of {name}"'
         assert f"{address}>sweep of {name}</a>" in block
 
 
-def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnisher):
+def test_block_has_command_time_and_comparison(furnisher):
     block = furnisher.block("fig_2_6")
     assert "<code>make fig_2_6</code>" in block
     assert 'href="../scoreboard.html#fig_2_6">comparison</a>' in block
@@ -76,7 +76,7 @@ def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnish
     assert furnisher._command("ext_corners@my-set") == own
 
 
-def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
+def test_placeholder_is_replaced_by_block(furnisher):
     markdown = f"Before.\n\n{mark('fig_2_6')}\n\nAfter."
     outputs = [
         v4.new_output("display_data", {"text/markdown": text, "text/html": text})
@@ -91,7 +91,7 @@ def test_a_mark_becomes_the_block_and_nothing_else_changes(furnisher):
     assert second["text/markdown"] == "plain"
 
 
-def test_a_number_of_the_thesis_stands_beside_its_cell(furnisher):
+def test_printed_number_is_inserted_in_cell(furnisher):
     name = "t4_3_omni_cgsp_mean_pre"
     place = part("printed_mark", name)
     shown = {
@@ -110,7 +110,7 @@ def test_a_number_of_the_thesis_stands_beside_its_cell(furnisher):
     # Bars would end the cell of a table in Markdown.
     assert furnisher._printed(["", "t3_1_s1"]).count("|") == 2
     assert furnisher._printed(["", "t3_1_s1"]).count("\\|") == 2
-    with pytest.raises(LedgerError, match="no number of numbers"):
+    with pytest.raises(LedgerError, match="not in numbers"):
         furnisher._printed(["", "t4_3_none"])
 
 
@@ -126,10 +126,10 @@ def test_a_number_of_the_thesis_stands_beside_its_cell(furnisher):
         ),
     ],
 )
-def test_values_of_the_ledger_are_phrases(value, words):
+def test_ledger_values_become_phrases(value, words):
     assert in_words(value) == words
 
 
-def test_every_section_of_an_artefact_has_its_page(furnisher):
+def test_sections_of_artefacts_have_pages(furnisher):
     for entry in furnisher.book.artefacts.values():
         assert str(entry["section"]) in furnisher.sections

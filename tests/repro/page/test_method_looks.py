@@ -21,17 +21,17 @@ from repro.page.method_looks import (
 from repro.run.outcomes import Drawing
 
 
-def test_no_two_methods_share_colour_and_marker():
+def test_methods_have_unique_colour_and_marker():
     pairs = [(colour, marker) for group in GROUPS for colour, marker, _ in group]
     assert len(set(pairs)) == len(pairs)
 
 
-def test_no_name_stands_for_two_methods():
+def test_names_belong_to_one_method():
     names = [name for group in GROUPS for of in group.values() for name in of]
     assert len(set(names)) == len(names)
 
 
-def test_colours_stand_out_on_white():
+def test_method_colours_contrast_with_white():
     for look in LOOKS.values():
         luminance = np.dot(np.array(to_rgb(look["color"])) ** 2.2, (0.21, 0.72, 0.07))
         assert 1.05 / (luminance + 0.05) > 2.2, look
@@ -40,11 +40,11 @@ def test_colours_stand_out_on_white():
 @pytest.mark.parametrize(
     "names", [CALIBRATIONS, LINEAR_NAMES, ESTIMATORS, EVERY, adjustment.TITLES]
 )
-def test_every_method_that_chapters_compare_has_a_look(names):
+def test_compared_methods_have_looks(names):
     assert [name for name in names.values() if name not in LOOKS] == []
 
 
-def test_the_same_method_looks_the_same_under_all_its_names():
+def test_names_of_method_share_look():
     assert look_of("CGSP") == look_of("CGSP's linear stage")
     assert look_of("standard, as printed") == look_of("central generic, as printed")
     first, then = look_of("CGSP"), look_of("CGSP", hollow=True)
@@ -52,8 +52,8 @@ def test_the_same_method_looks_the_same_under_all_its_names():
     assert then["markerfacecolor"] == "white"
 
 
-def test_an_unknown_method_is_refused_with_what_to_do():
-    with pytest.raises(LookError, match=r"'CGPS' is no method of .*; give it a look"):
+def test_unknown_method_is_rejected():
+    with pytest.raises(LookError, match=r"'CGPS': not in .*; add its look"):
         look_of("CGPS")
 
 
@@ -69,7 +69,7 @@ def test_an_unknown_method_is_refused_with_what_to_do():
         ("noise of 0.5 px", None),
     ],
 )
-def test_a_label_names_the_longest_method_it_begins_with(label, name):
+def test_label_matches_longest_method(label, name):
     assert named_in(label) == name
 
 
@@ -82,7 +82,7 @@ def drawn_with(look, label, bars=False):
 
 
 @pytest.mark.parametrize("bars", [False, True])
-def test_a_method_in_another_look_is_refused(tmp_path, bars):
+def test_method_with_other_look_is_rejected(tmp_path, bars):
     drawn = drawn_with(style.series(0), "CGSP, linear", bars)
     with pytest.raises(
         LookError, match="fig_9_9: 'CGSP, linear' is drawn with #0072b2"
@@ -91,13 +91,13 @@ def test_a_method_in_another_look_is_refused(tmp_path, bars):
     assert not list(tmp_path.iterdir())
 
 
-def test_the_right_colour_with_another_marker_is_refused():
+def test_method_with_other_marker_is_rejected():
     with pytest.raises(LookError, match="and 'o'"):
         check_looks(drawn_with(look_of("CGSP") | {"marker": "o"}, "CGSP"), "fig_9_9")
 
 
 @pytest.mark.parametrize("bars", [False, True])
-def test_a_method_in_its_own_look_is_let_be(bars):
+def test_method_with_own_look_is_accepted(bars):
     check_looks(drawn_with(look_of("CGSP", hollow=True), "CGSP, 4", bars), "fig_9_9")
     check_looks(drawn_with(style.series(0), "noise of 0.5 px", bars), "fig_9_9")
     check_looks(drawn_with(look_of("CGSP") | {"marker": ""}, "CGSP"), "fig_9_9")

@@ -18,9 +18,7 @@ def page(tmp_path):
     return partial(write_page, tmp_path)
 
 
-def test_no_home_no_installed_kernel_and_a_path_with_spaces(
-    page, tmp_path, monkeypatch
-):
+def test_page_runs_without_home_and_kernel(page, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", "/nonexistent")
     monkeypatch.setenv("JUPYTER_PATH", "/nonexistent")
     folder = tmp_path / ("a long name with spaces " * 5)
@@ -41,9 +39,7 @@ def test_no_home_no_installed_kernel_and_a_path_with_spaces(
     assert sorted(path.name for path in folder.iterdir()) == [".cache", "pages"]
 
 
-def test_a_cell_keeps_what_it_prints_displays_and_ends_with(
-    page, tmp_path, monkeypatch
-):
+def test_cell_outputs_are_stored(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cell = (
         "from IPython.display import HTML, display\n"
@@ -59,9 +55,7 @@ def test_a_cell_keeps_what_it_prints_displays_and_ends_with(
     assert nbformat.read(out, 4).cells[2].outputs == []
 
 
-def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
-    page, tmp_path, monkeypatch, capfd
-):
+def test_failing_cell_is_one_line(page, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     cell = "def f():\n    return 1 / 0\n\n\n# %%\nf()"
     path = page(f"# %% [markdown]\n# # T\n\n# %%\n{cell}\n")
@@ -76,7 +70,7 @@ def test_a_failing_cell_is_one_line_and_leaves_no_notebook(
     assert list(out.parent.iterdir()) == [out]
 
 
-def test_a_cell_that_hangs_is_stopped(page, tmp_path, monkeypatch, capfd):
+def test_hanging_cell_is_stopped(page, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("repro.page.execute.CELL_SECONDS", 1)
     path = page("# %% [markdown]\n# # T\n\n# %%\nimport time\ntime.sleep(60)\n")
@@ -93,9 +87,9 @@ def test_page_file_to_notebook(page):
         read_page(page("", "empty"))
 
 
-def test_prose_takes_values_and_refuses_unknown_ones(page):
+def test_prose_gets_values_and_rejects_unknown_ones(page):
     notebook = read_page(page("# %% [markdown]\n# # T {glue:text}`a:.1f`\n\n# %%\n1\n"))
-    with pytest.raises(PageError, match="cell 1: prose asks for the value 'a'"):
+    with pytest.raises(PageError, match="cell 1: value 'a' is not defined"):
         settle(notebook, Path("p.py"))
     output = nbformat.v4.new_output(
         "display_data", metadata={"scrapbook": {"name": "a", "value": "word"}}
@@ -111,7 +105,7 @@ def test_prose_takes_values_and_refuses_unknown_ones(page):
     assert "remove-input" in notebook.cells[1].metadata.tags
 
 
-def test_a_display_cell_that_shows_nothing_is_left_out_of_the_page(page):
+def test_display_cell_without_output_is_omitted(page):
     notebook = read_page(
         page(
             "# %% [markdown]\n# # T\n\n"
@@ -129,7 +123,7 @@ def test_a_display_cell_that_shows_nothing_is_left_out_of_the_page(page):
     assert left_out == [False, True, False, False]
 
 
-def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
+def test_preparatory_code_is_folded(page):
     cells = (
         "import os\n\nREADS_PAGES = True",
         "TRIALS = {'quick': 1}\n\n\ndef settings(effort):\n    return TRIALS",
@@ -157,7 +151,7 @@ def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
     ]
 
 
-def test_a_cell_comes_in_parts_that_run_as_the_whole_does(page):
+def test_split_cell_runs_as_whole(page):
     body = (
         "import os\n\nA, B = 1, 2\n\n\n"
         "# Why so.\ndef trial(c, rng):\n    return A\n\n\n"

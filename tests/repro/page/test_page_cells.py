@@ -35,7 +35,7 @@ def names_given(tree):
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_uses_no_name_that_it_does_not_have(page):
+def test_page_names_are_defined(page):
     tree = tree_of(PAGES[page])
     used = {
         node.id
@@ -46,7 +46,7 @@ def test_a_page_uses_no_name_that_it_does_not_have(page):
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_what_a_page_imports_is_there(page):
+def test_page_imports_exist(page):
     tree = tree_of(PAGES[page])
     imports = [n for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom)]
     found = {}

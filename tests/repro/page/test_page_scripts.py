@@ -81,7 +81,7 @@ def board():
 
 
 @runs_scripts
-def test_a_head_sorts_numbers_as_numbers_and_what_is_empty_last(board):
+def test_table_head_sorts_numbers_and_empty_last(board):
     first, up, down = seen("scoreboard.js", board, {"click": "p"}, {"click": "p"})
     assert first["sorted"] == {}
     assert first["forms"] == [False]
@@ -95,7 +95,7 @@ def test_a_head_sorts_numbers_as_numbers_and_what_is_empty_last(board):
 
 
 @runs_scripts
-def test_verdicts_are_sorted_as_the_filter_lists_them(board):
+def test_verdicts_sort_in_filter_order(board):
     _, by_verdict, by_value = seen(
         "scoreboard.js", board, {"click": "v"}, {"click": "g"}
     )
@@ -107,7 +107,7 @@ def test_verdicts_are_sorted_as_the_filter_lists_them(board):
 
 
 @runs_scripts
-def test_an_address_filters_and_sorts_and_an_unknown_choice_is_none(board):
+def test_address_filters_and_sorts(board):
     (found,) = seen("scoreboard.js", board, hash="#kind=number&sort=g&order=down")
     assert found["rows"] == ["n_nine", "n_ten", "n_none"]
     assert found["shown"].startswith("3 of 5 rows: ")
@@ -116,7 +116,7 @@ def test_an_address_filters_and_sorts_and_an_unknown_choice_is_none(board):
 
 
 @runs_scripts
-def test_a_filter_opens_the_fold_that_has_what_it_asks_for(board):
+def test_filter_opens_matching_fold(board):
     first, later, none, named = seen(
         "scoreboard.js", board, {"fill": {"verdict": "not yet"}},
         {"fill": {"verdict": "", "q": "no such words"}}, {"hash": "#c_later"},
@@ -154,7 +154,7 @@ class Page:
 
 
 @runs_scripts
-def test_the_switch_opens_and_folds_all_extensions():
+def test_switch_toggles_all_extensions():
     first, opened, folded = seen(
         "artefacts.js", all_artefacts(), {"checked": True}, {"checked": False}
     )
@@ -163,7 +163,7 @@ def test_the_switch_opens_and_folds_all_extensions():
 
 
 @runs_scripts
-def test_an_address_that_names_an_extension_opens_its_fold():
+def test_address_of_extension_opens_fold():
     page = all_artefacts()
     (named,) = seen("artefacts.js", page, hash="#ext_more")
     assert named["folds"] == [True]
@@ -171,7 +171,7 @@ def test_an_address_that_names_an_extension_opens_its_fold():
     assert (first["folds"], later["folds"]) == ([False], [True])
 
 
-def test_the_page_has_what_the_switch_asks_for():
+def test_page_has_elements_of_switch():
     page = all_artefacts()
     script = (STATIC / "artefacts.js").read_text("utf-8")
     for identifier in re.findall(r'getElementById\("([^"]+)"\)', script):

@@ -43,7 +43,7 @@ def shown(built: Path, name: str, monkeypatch) -> str:
     return reader.show_table("ext_images").markdown
 
 
-def test_the_same_table_of_two_sets_has_two_labels(built, monkeypatch):
+def test_table_of_two_sets_has_two_labels(built, monkeypatch):
     labels = [
         line
         for name in ("one", "two")
@@ -55,7 +55,7 @@ def test_the_same_table_of_two_sets_has_two_labels(built, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "cells"), [("one", 2), ("two", 0)])
-def test_a_table_is_a_table_with_and_without_rows(built, monkeypatch, name, cells):
+def test_table_without_rows_is_valid(built, monkeypatch, name, cells):
     text = shown(built, name, monkeypatch)
     table = "\n".join(line for line in text.splitlines() if line.startswith("|"))
     tokens = [token.type for token in _parsed(table)]
@@ -64,7 +64,7 @@ def test_a_table_is_a_table_with_and_without_rows(built, monkeypatch, name, cell
     assert tokens.count("td_open") == cells
 
 
-def test_a_cell_leaves_a_place_for_the_number_of_the_thesis(built, monkeypatch):
+def test_cell_has_placeholder_for_printed_number(built, monkeypatch):
     monkeypatch.delenv("RAXEL_SET", raising=False)
     stem = built / "figures" / "quick" / "table_4_3"
     stem.with_suffix(".csv").write_text("Method,<mm>\n<std>,0.5\nCGSP,0.25\n")
@@ -80,7 +80,7 @@ def test_a_cell_leaves_a_place_for_the_number_of_the_thesis(built, monkeypatch):
     assert (table.markdown + table.html).count("t4_3_x") == 2
 
 
-def test_a_table_names_one_number_for_each_row_of_a_column():
+def test_printed_requires_one_id_per_row():
     columns = {"Method": ["std", "CGSP"], "Mean": [1.0, 2.0]}
     assert Table(columns, "", printed={"Mean": ["a", None]}).printed
     for wrong in ({"Mean": ["a"]}, {"SD": ["a", "b"]}):
@@ -94,7 +94,7 @@ def _parsed(text: str):
     return MarkdownIt("gfm-like", {"linkify": False}).parse(text)
 
 
-def test_names_and_captions_for_people():
+def test_names_and_captions_are_plain_text():
     assert wording.label("fig_2_3") == "Fig. 2.3"
     assert wording.label("table_2_1") == "Table 2.1"
     assert wording.label("alg_1") == "Algorithm 1"
@@ -120,11 +120,11 @@ def test_names_and_captions_for_people():
         ("exact", None, "exact px"),
     ],
 )
-def test_numbers_are_rounded_to_their_interval(value, interval, text):
+def test_numbers_are_rounded_by_interval(value, interval, text):
     assert wording.rounded(value, interval, "px") == text
 
 
-def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
+def test_numbers_near_1_keep_digits():
     assert wording.rounded(0.999998, None) == "0.999998"
     assert wording.rounded(1.0007, None, "1") == "1.0007"
     assert wording.rounded(-0.9999, None) == "-0.9999"
@@ -146,11 +146,11 @@ def test_numbers_next_to_1_do_not_become_1_and_pure_numbers_have_no_unit():
         (["nan", "0.0", "0.25", "0.5"], ["nan", "0", "0.250", "0.500"]),
     ],
 )
-def test_numbers_of_a_column_are_written_alike(cells, shown):
+def test_column_numbers_have_equal_decimals(cells, shown):
     assert wording.alike(cells, 3) == shown
 
 
-def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
+def test_missing_file_names_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RAXEL_EFFORT", raising=False)
     monkeypatch.delenv("RAXEL_SET", raising=False)
@@ -161,7 +161,7 @@ def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("lines", [True, False])
-def test_a_figure_without_pictures_is_marked_for_the_dark(tmp_path, monkeypatch, lines):
+def test_figure_without_images_is_marked_for_dark_mode(tmp_path, monkeypatch, lines):
     base = small_checkout(tmp_path)
     about = json.loads((base / "fig_2_3.json").read_text("utf-8"))
     write_json(base / "fig_2_3.json", about | {"lines": lines})
@@ -170,7 +170,7 @@ def test_a_figure_without_pictures_is_marked_for_the_dark(tmp_path, monkeypatch,
     assert (":class: raxel-lines" in reader.show("fig_2_3").markdown) is lines
 
 
-def test_an_artefact_of_a_set_is_found_by_its_plain_name(tmp_path, monkeypatch):
+def test_artefact_of_set_is_found_by_plain_name(tmp_path, monkeypatch):
     base = small_checkout(tmp_path)
     for ending in ("svg", "json"):
         (base / f"ext_corners@my-set.{ending}").write_bytes(
@@ -195,7 +195,7 @@ def only_text_of(markdown):
 
 @settings(max_examples=300, deadline=None)
 @given(st.text(st.sampled_from(string.punctuation + " 1a\té"), min_size=1))
-def test_text_of_anybody_means_nothing_to_markdown(text):
+def test_literal_escapes_markdown(text):
     wanted = " ".join(text.split())
     if wanted:
         assert only_text_of(wording.literal(text)) == wanted
@@ -204,7 +204,7 @@ def test_text_of_anybody_means_nothing_to_markdown(text):
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_an_odd_name_in_a_sentence_a_caption_and_a_cell(built, monkeypatch, name):
+def test_unusual_name_is_escaped_everywhere(built, monkeypatch, name):
     wanted = " ".join(name.split())
     assert only_text_of(f"See {wording.literal(name)}.") == f"See {wanted}."
     stem = built / "figures" / "quick" / "ext_images@one"
@@ -222,5 +222,5 @@ def test_an_odd_name_in_a_sentence_a_caption_and_a_cell(built, monkeypatch, name
     assert "".join(c.content for c in cells[2].children) == wanted
 
 
-def test_control_characters_do_not_reach_a_page():
+def test_control_characters_are_removed():
     assert wording.literal("a\x1b[31mb\u202ec\x00\n") == r"a \[31mb c"

@@ -39,7 +39,7 @@ def draw_in_new_process(stem, hash_seed):
     subprocess.run([sys.executable, "-c", PROGRAM, stem], env=environment, check=True)
 
 
-def test_two_processes_write_the_same_bytes(tmp_path):
+def test_saved_figures_are_reproducible(tmp_path):
     draw_in_new_process(tmp_path / "one" / "fig_9_9", "1")
     draw_in_new_process(tmp_path / "two" / "fig_9_9", "2")
     names = sorted(path.name for path in (tmp_path / "one").iterdir())
@@ -49,7 +49,7 @@ def test_two_processes_write_the_same_bytes(tmp_path):
         assert one.read_bytes() == two.read_bytes(), name
 
 
-def test_svg_is_page_wide_and_needs_no_font(tmp_path):
+def test_svg_has_page_width_and_no_font(tmp_path):
     drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="u (px)", ylabel="v (px)")
@@ -73,7 +73,7 @@ def test_axis_without_quantity_or_with_a_misplaced_unit_is_rejected(tmp_path, la
     assert not list(tmp_path.iterdir())
 
 
-def test_a_photograph_or_rendering_is_told_from_lines():
+def test_only_lines_detects_images():
     drawn, axes = style.new_figure(1, 2)
     axes[0].plot([0, 1], [0, 1])
     marks = axes[1].scatter([0, 1], [0, 1], c=[0.1, 0.2])
@@ -86,7 +86,7 @@ def test_a_photograph_or_rendering_is_told_from_lines():
     assert not style.only_lines(whole)
 
 
-def test_axes_that_need_no_unit_of_their_own():
+def test_axes_without_unit_are_accepted():
     drawn, axes = style.new_figure(2, 2, sharex="col")
     for panel in axes.flat:
         panel.plot([0, 1], [1, 2])
@@ -103,7 +103,7 @@ def test_axes_that_need_no_unit_of_their_own():
     style.check_axes(drawn, "words, switched off, no ticks")
 
 
-def test_colour_bar_needs_a_unit():
+def test_colour_bar_requires_unit():
     drawn, axes = style.new_figure()
     drawn.colorbar(axes.imshow(np.eye(3)), ax=axes)
     axes.set(xlabel="u (px)", ylabel="v (px)")
@@ -150,7 +150,7 @@ SIGHT = {
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_first_four_colours_differ_for_every_reader(sight):
+def test_first_colours_differ_for_colour_blind_readers(sight):
     seen = [lab(SIGHT[sight] @ linear(s["color"])) for s in style.SERIES[:4]]
     distances = [
         np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[i + 1 :]
@@ -165,14 +165,14 @@ def test_series_differ_without_colour():
     assert len({s["marker"] for s in style.SERIES}) == len(style.SERIES)
 
 
-def test_every_colour_stands_out_from_white():
+def test_series_colours_contrast_with_white():
     for entry in style.SERIES:
         luminance = np.array([0.2126, 0.7152, 0.0722]) @ linear(entry["color"])
         # WCAG asks 3:1 for graphics; the two palest also have a marker with an edge.
         assert 1.05 / (luminance + 0.05) > 2.0
 
 
-def test_estimates_are_drawn_as_the_rows_that_they_are_kept_as():
+def test_estimates_are_drawn_as_stored():
     drawn, axes = style.new_figure()
     found = [Estimate(2.0, 1.0, 3.0), Estimate(4.0, 3.5, 6.0)]
     rows = style.plot_estimates(

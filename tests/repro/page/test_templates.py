@@ -83,7 +83,7 @@ def evil_row(kind, **changed):
 EVIL_ROWS = [evil_row(kind) for kind in ("claim", "number", "artefact")]
 
 
-def test_rows_of_a_page_and_of_the_board():
+def test_rows_escape_values():
     compared = rows.comparison(EVIL_ROWS, "full", "../", {"c2_claim": EVIL}, {})
     harmless(compared)
     pending = evil_row("section", verdict="not yet", regenerated=None, variants=[])
@@ -115,7 +115,7 @@ def built(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_figures_tables_and_code(built, monkeypatch):
+def test_figures_tables_and_code_escape_values(built, monkeypatch):
     figure, table = reader.show("fig_2_3"), reader.show_table("table_2_1")
     harmless(figure.html)
     harmless(table.html)
@@ -130,7 +130,7 @@ def test_figures_tables_and_code(built, monkeypatch):
     harmless(check(1.0, expected=lambda: 2.0, hint=EVIL).html)
 
 
-def test_what_stands_below_an_artefact(built):
+def test_artefact_block_escapes_values(built):
     shutil.copy(built / "figures/quick/fig_2_3.json",
                 built / "figures/quick/ext_x@y.json")  # fmt: skip
     furnisher = Furnisher(built, "quick", f"photographs/{EVIL}")
@@ -138,7 +138,7 @@ def test_what_stands_below_an_artefact(built):
     harmless(furnisher.block("ext_x@y"))
 
 
-def test_code_of_a_source_page(tmp_path):
+def test_source_page_escapes_code(tmp_path):
     path = tmp_path / "evil.py"
     path.write_text(f"TEXT = {EVIL!r}\n")
     page = source_page(path, "<svg>.py", "../")
@@ -146,7 +146,7 @@ def test_code_of_a_source_page(tmp_path):
     assert f"TEXT = {EVIL!r}" in Tags(page).said
 
 
-def test_templates_are_found_wherever_the_command_runs(tmp_path, monkeypatch):
+def test_templates_are_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = rows.part("badge", "reproduced")
     assert re.sub("<[^>]*>", "", said) == "✓ reproduced"

@@ -16,5 +16,5 @@ from repro.page.wording import rounded
         (-0.5, (-math.inf, 3.25), "-0.5 mm (no bound to 3.25)"),
     ],
 )
-def test_an_end_without_bound_is_told_as_such(number, interval, text):
+def test_infinite_end_is_no_bound(number, interval, text):
     assert rounded(number, interval, "mm") == text

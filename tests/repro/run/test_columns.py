@@ -7,13 +7,13 @@ from repro.run.as_columns import columns, csv_text, in_columns, in_numbers, meas
 from repro.run.outcomes import Measured
 
 
-def test_every_row_adds_a_cell_to_every_column():
+def test_rows_become_columns():
     found = columns(("name", "x_mm"), [("a", 1.0), ("b", 2.0)])
     assert found == {"name": ["a", "b"], "x_mm": [1.0, 2.0]}
     assert columns(("name", "x_mm"), []) == {"name": [], "x_mm": []}
 
 
-def test_rows_that_name_their_cells_become_columns():
+def test_named_rows_become_columns():
     rows = ({"name": name, "x_mm": x} for name, x in (("a", 1.0), ("b", 2.0)))
     assert in_columns(rows) == {"name": ["a", "b"], "x_mm": [1.0, 2.0]}
     with pytest.raises(KeyError):
@@ -21,12 +21,12 @@ def test_rows_that_name_their_cells_become_columns():
 
 
 @pytest.mark.parametrize("row", [("a",), ("a", 1.0, 2.0)])
-def test_a_row_of_another_length_is_refused(row):
+def test_row_of_other_length_is_rejected(row):
     with pytest.raises(ValueError, match="zip"):
         columns(("name", "x_mm"), [row])
 
 
-def test_a_number_with_its_interval_is_three_numbers_and_read_as_one_cell():
+def test_measured_is_three_columns_and_one_cell():
     table = {
         "Method": ["a", "b", "c"],
         "RMS (px)": [Measured(0.74213, 0.7012, 0.7834), None, 3.5],
@@ -53,7 +53,7 @@ def _cell(value):
     return "" if value is None else str(value)
 
 
-def test_words_that_look_like_an_interval_are_words():
+def test_texts_like_intervals_remain_texts():
     assert not is_numeric(["board (1 to 3)"])
     assert not is_numeric(["–", "–"])
     assert is_numeric(["1.2 (1.0 to 1.4)", "–", "3"])

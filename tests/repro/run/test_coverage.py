@@ -31,7 +31,7 @@ def of_thesis(identifier):
     return not identifier.startswith("ext_")
 
 
-def test_every_artefact_has_one_producer_or_its_chapter_is_not_built():
+def test_artefacts_have_one_producer():
     unfinished = verdict.read_unfinished(ROOT)
     made = Counter(p.id for p in PRODUCERS if p.kind in ("figure", "table"))
     for identifier, entry in LEDGER.artefacts.items():
@@ -41,7 +41,7 @@ def test_every_artefact_has_one_producer_or_its_chapter_is_not_built():
             assert str(entry["chapter"]) in unfinished, f"nothing makes {identifier}"
 
 
-def test_what_chapters_make_and_judge_stands_in_the_ledger():
+def test_producers_are_in_ledger():
     known = {"figure": LEDGER.artefacts, "table": LEDGER.artefacts}
     known |= {"claim": LEDGER.claims}
     assert {"figure", "table", "claim", "numbers"} <= {p.kind for p in PRODUCERS}
@@ -65,7 +65,7 @@ def numbers_named():
                     yield path, key.value
 
 
-def test_numbers_that_chapters_give_stand_in_the_ledger():
+def test_numbers_are_in_ledger():
     named = list(numbers_named())
     assert named
     for path, identifier in named:
@@ -84,7 +84,7 @@ def names_of_options():
                     yield name, names
 
 
-def test_the_readings_that_chapters_take_are_those_of_the_settings():
+def test_readings_match_settings():
     found = list(names_of_options())
     assert len(found) > 5
     for module, names in found:
@@ -95,7 +95,7 @@ def test_the_readings_that_chapters_take_are_those_of_the_settings():
             assert next(iter(options)) == entry["primary"], f"{module}: {question}"
 
 
-def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
+def test_fig_2_3_uses_values_of_settings():
     from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
     from chapters.shared.general import three_planes as three_planes
 
@@ -167,7 +167,7 @@ def edges():
     return graph()
 
 
-def test_no_chapter_and_nothing_of_raxel_reaches_the_ledger(edges):
+def test_chapters_and_raxel_do_not_import_ledger(edges):
     source, target = DISPLAY
     assert target in edges[source], "the one allowed import is gone: take it off here"
     without = {**edges, source: edges[source] - {target}}
@@ -177,7 +177,7 @@ def test_no_chapter_and_nothing_of_raxel_reaches_the_ledger(edges):
         assert not reached(without, start) & HIDDEN, start
 
 
-def test_the_allowed_import_stands_inside_the_function_that_displays():
+def test_allowed_import_is_inside_display_function():
     tree = ast.parse((ROOT / "lib/repro/page/reader.py").read_text("utf-8"))
     holders = [
         function.name
@@ -193,26 +193,26 @@ def test_the_allowed_import_stands_inside_the_function_that_displays():
     assert DISPLAY[1] not in top
 
 
-def test_a_chapter_calls_the_display_only_in_cells_that_are_comments():
+def test_display_is_called_in_commented_cells_only():
     for path in CHAPTER_FILES:
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Call):
                 assert ast.unparse(node.func) != "compared", path
 
 
-def test_a_path_to_the_ledger_would_be_found(edges):
+def test_import_of_ledger_is_detected(edges):
     assert "repro.judge.ledger" in reached(edges, "repro.page.reader")
     assert "repro.judge.ledger" in edges["repro.judge.verdict"]
 
 
 @pytest.mark.parametrize("word", ["data/published", "import_module", "__import__"])
-def test_no_chapter_and_nothing_of_raxel_gets_at_it_by_name(word):
+def test_chapters_and_raxel_do_not_name_ledger(word):
     for name, path in source_files().items():
         if name.split(".")[0] in ("chapters", "raxel"):
             assert word not in path.read_text("utf-8"), name
 
 
-def test_every_producer_belongs_to_a_page():
+def test_producers_belong_to_pages():
     pages = {page_id(ROOT, path) for path in page_files(ROOT)}
     lost = [f"{p.id}: {p.page}" for p in PRODUCERS if p.page not in pages]
     assert not lost, lost

@@ -57,7 +57,7 @@ def checkout(root: Path, needs: str, imports: str = "", before: str = "") -> Pat
         ("results.GRIDS", "from chapters.ch09_x.s9_1_y import results", ""),
     ],
 )
-def test_needs_may_be_a_literal_or_the_name_of_one(tmp_path, needs, imports, before):
+def test_needs_may_be_literal_or_its_name(tmp_path, needs, imports, before):
     checkout(tmp_path, needs, imports, before)
     (found,) = producers(tmp_path)
     assert found.needs == ("grid_a", "grid_b")
@@ -77,22 +77,22 @@ def test_needs_may_be_a_literal_or_the_name_of_one(tmp_path, needs, imports, bef
         ("other()", "", "def other():\n    return ()"),
     ],
 )
-def test_what_is_no_literal_is_refused_in_one_line(tmp_path, needs, imports, before):
+def test_non_literal_is_rejected_in_one_line(tmp_path, needs, imports, before):
     path = checkout(tmp_path, needs, imports, before)
     line = (
         path.read_text()
         .splitlines()
         .index(f'@figure("fig_9_1", needs={needs}, evidence="synthetic")')
     )
-    with pytest.raises(ValueError, match="are literals") as caught:
+    with pytest.raises(ValueError, match="is not a literal") as caught:
         producers(tmp_path)
     said = str(caught.value)
     assert said.startswith(f"{path}:{line + 1}: ")
-    assert f"found {needs};" in said
+    assert f"{needs} is" in said
     assert "\n" not in said
 
 
-def test_what_a_mark_names_does_not_reach_the_key_of_the_function(tmp_path):
+def test_decorator_arguments_do_not_enter_key(tmp_path):
     where = (FOLDER.replace("/", ".") + ".figures", "fig_9_1")
     path = checkout(tmp_path, "GRIDS", before='GRIDS = ("grid_a", "grid_b")')
     before = Reach(tmp_path).key(where)
@@ -131,7 +131,7 @@ def beside(results, identifier):
 """
 
 
-def test_a_family_is_one_function_of_several_producers(tmp_path, monkeypatch):
+def test_family_has_one_function(tmp_path, monkeypatch):
     checkout(tmp_path, "()")
     write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
     one, two = (p for p in producers(tmp_path) if p.kind == "experiment")
@@ -168,7 +168,7 @@ def test_rigs_of_rendered_sets_are_inputs(tmp_path):
     assert made.inputs == ("data/rigs/ball.yaml", "data/rigs/cup.yaml")
 
 
-def test_only_files_that_a_change_concerns_are_parsed_again(tmp_path, monkeypatch):
+def test_only_changed_files_are_parsed_again(tmp_path, monkeypatch):
     path = checkout(tmp_path, "WIDE", "from chapters.shared.rigs import WIDE")
     other = write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
     rigs = tmp_path / "chapters/shared/rigs.py"

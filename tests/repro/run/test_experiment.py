@@ -40,13 +40,13 @@ def run_all(plan: Plan, shards: int, path: Path) -> tuple[bytes, bytes]:
     return path.read_bytes(), path.with_suffix(".npz").read_bytes()
 
 
-def test_result_does_not_depend_on_the_number_or_order_of_shards(tmp_path):
+def test_result_is_independent_of_shards(tmp_path):
     one = run_all(PLAN, 1, tmp_path / "one.json")
     assert run_all(PLAN, 5, tmp_path / "five.json") == one
     assert run_all(PLAN, 24, tmp_path / "all.json") == one
 
 
-def test_reading_returns_what_was_computed(tmp_path):
+def test_result_round_trip(tmp_path):
     run_all(PLAN, 3, tmp_path / "r.json")
     result = results.Result(tmp_path / "r.json")
     rng = marks.trial_rng("fig_0_0", CONDITIONS[1], 4)
@@ -59,7 +59,7 @@ def test_reading_returns_what_was_computed(tmp_path):
     assert result.settings == {"points": 20}
 
 
-def test_a_failed_trial_is_read_as_one_without_a_value(tmp_path):
+def test_failed_trial_has_no_value(tmp_path):
     values = iter([1.0, np.nan, 3.0])
     plan = Plan(lambda condition, rng: {"x": next(values)}, [{}], trials=3)
     records, _ = marks.run_trials("fig_0_0", plan, [(0, t) for t in range(3)])
@@ -69,7 +69,7 @@ def test_a_failed_trial_is_read_as_one_without_a_value(tmp_path):
     np.testing.assert_array_equal(found, [1.0, np.nan, 3.0])
 
 
-def test_a_column_is_of_one_condition_or_refused(tmp_path):
+def test_column_requires_one_condition(tmp_path):
     run_all(PLAN, 1, tmp_path / "r.json")
     result = results.Result(tmp_path / "r.json")
     with pytest.raises(KeyError, match="2 conditions fit"):
@@ -78,7 +78,7 @@ def test_a_column_is_of_one_condition_or_refused(tmp_path):
         result.column("method.mean", noise=7.0)
 
 
-def test_a_selection_reads_conditions_as_the_plan_orders_them_then_trials(tmp_path):
+def test_selection_follows_plan_order(tmp_path):
     run_all(PLAN, 5, tmp_path / "r.json")
     result = results.Result(tmp_path / "r.json")
     both = result.select(extent="finite")
@@ -91,7 +91,7 @@ def test_a_selection_reads_conditions_as_the_plan_orders_them_then_trials(tmp_pa
     assert both.conditions == CONDITIONS
 
 
-def test_a_selection_is_split_by_the_levels_of_a_key(tmp_path):
+def test_selection_splits_by_levels(tmp_path):
     run_all(PLAN, 1, tmp_path / "r.json")
     result = results.Result(tmp_path / "r.json")
     assert result.levels("noise") == [0.5, 1.0]
@@ -102,13 +102,13 @@ def test_a_selection_is_split_by_the_levels_of_a_key(tmp_path):
 
 
 @pytest.mark.parametrize("asked", [{"noise": 7.0}, {"nois": 0.5}, {"nois": None}])
-def test_a_selection_of_nothing_is_refused(tmp_path, asked):
+def test_empty_selection_is_rejected(tmp_path, asked):
     run_all(PLAN, 1, tmp_path / "r.json")
     with pytest.raises(KeyError, match="0 conditions fit"):
         results.Result(tmp_path / "r.json").select(**asked)
 
 
-def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
+def test_more_trials_keep_first_ones(tmp_path):
     few, many = tmp_path / "few.json", tmp_path / "many.json"
     run_all(PLAN, 1, few)
     run_all(Plan(noisy_trial, CONDITIONS, 30), 4, many)
@@ -117,7 +117,7 @@ def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
     assert np.array_equal(short, long[:12], equal_nan=True)
 
 
-def test_a_plan_that_starts_later_runs_and_reads_its_own_trials(tmp_path):
+def test_plan_with_first_trial_runs_later_trials(tmp_path):
     late = replace(PLAN, first=7, trials=3)
     assert late.pairs == [(c, t) for c in (0, 1) for t in (7, 8, 9)]
     run_all(late, 2, tmp_path / "late.json")
@@ -128,7 +128,7 @@ def test_a_plan_that_starts_later_runs_and_reads_its_own_trials(tmp_path):
     np.testing.assert_array_equal(own, same[7:10])
 
 
-def test_missing_and_double_trials_are_refused(tmp_path):
+def test_missing_and_duplicate_trials_are_rejected(tmp_path):
     records, _ = marks.run_trials("fig_0_0", PLAN, marks.shard_pairs(PLAN, 0, 2))
     for wrong in (records, records + records):
         with pytest.raises(ValueError, match="of 24 trials missing"):
@@ -136,7 +136,7 @@ def test_missing_and_double_trials_are_refused(tmp_path):
     assert not (tmp_path / "r.json").exists()
 
 
-def test_a_result_holds_neither_nan_nor_anything_of_the_machine(tmp_path):
+def test_result_has_no_nan_and_no_machine_data(tmp_path):
     run_all(PLAN, 2, tmp_path / "r.json")
     content = json.loads((tmp_path / "r.json").read_text())
     assert {"seconds", "host", "finished", "versions"}.isdisjoint(content)
@@ -144,7 +144,7 @@ def test_a_result_holds_neither_nan_nor_anything_of_the_machine(tmp_path):
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60), st.integers(0, 5))
-def test_summary_brackets_the_median_and_counts_what_is_missing(values, missing):
+def test_summary_brackets_median_and_counts_missing(values, missing):
     found = results.summary(values + [None] * missing)
     low, high = found["median_interval"]
     assert low <= found["median"] <= high
@@ -152,7 +152,7 @@ def test_summary_brackets_the_median_and_counts_what_is_missing(values, missing)
     assert found["without_value"] == missing
 
 
-def test_summary_by_hand():
+def test_summary_matches_manual_example():
     found = results.summary([4.0, None, 1.0, 2.0, 3.0])
     assert (found["n"], found["without_value"]) == (4, 1)
     assert (found["median"], found["mean"]) == (2.5, 2.5)
@@ -161,7 +161,7 @@ def test_summary_by_hand():
     assert results.summary([7.0])["sd"] is None
 
 
-def test_seeds_differ_between_artefact_condition_and_trial():
+def test_seeds_differ_by_artefact_condition_trial():
     seeds = {
         tuple(marks.seed_of(a, c, t))
         for a in ("fig_2_3", "fig_2_4")
@@ -174,7 +174,7 @@ def test_seeds_differ_between_artefact_condition_and_trial():
     )
 
 
-def test_image_sets_have_draws_of_their_own():
+def test_image_sets_have_own_random_streams():
     study = SimpleNamespace(details={"artefact": "ext_0"})
 
     def draws(name):
@@ -185,7 +185,7 @@ def test_image_sets_have_draws_of_their_own():
     assert np.array_equal(draws("study@one"), draws("study@one"))
 
 
-def test_an_interrupted_write_leaves_the_old_file(tmp_path):
+def test_interrupted_write_keeps_old_file(tmp_path):
     path = tmp_path / "r.json"
     results.write_json(path, {"old": 1})
     with pytest.raises(ValueError, match=r"not JSON compliant|Out of range"):
@@ -196,12 +196,12 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["r.json"]
 
 
-def test_a_reading_with_an_unknown_verdict_is_refused():
-    with pytest.raises(ValueError, match="verdict 'holds'"):
+def test_unknown_verdict_is_rejected():
+    with pytest.raises(ValueError, match="verdict: found 'holds'"):
         Reading("holds", 1.0)
 
 
-def test_only_what_holds_is_reproduced():
+def test_only_holding_decision_is_reproduced():
     assert DECISIONS == {
         "holds": "reproduced",
         "fails": "differs",
@@ -210,19 +210,19 @@ def test_only_what_holds_is_reproduced():
     }
 
 
-def test_what_is_judged_keeps_infinity_as_a_word_and_nan_as_nothing():
+def test_judged_file_stores_infinity_as_text_and_nan_as_null():
     found = {"value": np.inf, "interval": (-np.inf, np.float64(2)), "other": np.nan}
     plain = {"value": "inf", "interval": ["-inf", 2.0], "other": None}
     assert judging._finite(found) == plain
 
 
-def test_conditions_are_crossed_with_the_last_level_fastest():
+def test_crossed_varies_last_level_fastest():
     found = crossed(rig=("a", "b"), seed=range(2))
     assert [c["rig"] for c in found] == ["a", "a", "b", "b"]
     assert [c["seed"] for c in found] == [0, 1, 0, 1]
 
 
-def test_a_decision_without_an_interval_is_true_or_false():
+def test_boolean_decision_is_true_or_false():
     exact, off = (Reading.of(np.float64(error) < 1e-9, error) for error in (0.0, 1.0))
     assert (exact.verdict, off.verdict) == ("reproduced", "differs")
     assert Reading.of("undecided", 1.0).verdict == "undecided"

@@ -3,7 +3,7 @@
 from repro.run.kept import Kept
 
 
-def test_a_file_is_read_again_when_one_that_was_read_for_it_changes(tmp_path):
+def test_cache_is_invalidated_by_read_files(tmp_path):
     first, second = tmp_path / "a.py", tmp_path / "b.py"
     first.write_text("a")
     times = []

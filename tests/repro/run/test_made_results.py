@@ -19,7 +19,7 @@ MADE = (
 
 
 @pytest.mark.parametrize("result", MADE)
-def test_a_condition_that_no_plan_has_is_refused(result):
+def test_unknown_condition_is_rejected(result):
     assert isinstance(result, Result)
     found = result.column("feasible", fov_deg=FOVS_DEG[0])
     np.testing.assert_array_equal(found, [1, 0, np.nan])
@@ -28,25 +28,25 @@ def test_a_condition_that_no_plan_has_is_refused(result):
             result.column("feasible", **wrong)
 
 
-def test_a_key_that_no_condition_has_is_refused():
+def test_unknown_condition_key_is_rejected():
     only = of_columns(({"fov_deg": 90}, {"feasible": 1}))
     with pytest.raises(KeyError, match="0 conditions fit"):
         only.column("feasible", fov=90)
 
 
-def test_a_law_is_asked_in_its_condition():
+def test_law_is_evaluated_for_condition():
     result = OfLaw(EXPERIMENT, lambda name, condition: [condition["fov_deg"]], 1)
     assert [result.column("any", fov_deg=fov)[0] for fov in FOVS_DEG] == list(FOVS_DEG)
 
 
-def test_arrays_and_nested_values_are_read_as_a_build_leaves_them():
+def test_constructed_results_match_build_results():
     result = of_seed(lambda c, rng: {"a": {"b": 1.5}, "drawn": rng.random(4)}, seed=3)
     assert result.column("a.b").tolist() == [1.5]
     (drawn,) = result.arrays("drawn")
     np.testing.assert_array_equal(drawn, np.random.default_rng(3).random(4))
 
 
-def test_no_test_has_a_result_of_its_own_kind():
+def test_tests_use_made_results():
     """Whatever answers as a result is one, so that it refuses what a result refuses."""
     reads = {"column", "texts", "arrays"}
     own = [

@@ -111,7 +111,7 @@ def changed(checkout: Path, name: str, old: str, new: str) -> set[str]:
         ("environment.txt", "scipy==1.0.0", "scipy==1.0.1", set()),
     ],
 )
-def test_only_what_reaches_a_change_gets_another_key(checkout, name, old, new, moved):
+def test_key_changes_only_for_reached_code(checkout, name, old, new, moved):
     assert changed(checkout, name, old, new) == moved
 
 
@@ -210,7 +210,7 @@ def differing(before: dict[str, str], after: dict[str, str]) -> set[str]:
         ("LOW, HIGH = 1, 2", "LOW, HIGH = 1, 2\nprint(LOW)", set(OF_MORE)),
     ],
 )
-def test_what_a_name_means_is_in_the_key(checkout, more, old, new, moved):
+def test_key_covers_meaning_of_names(checkout, more, old, new, moved):
     before = keys_of_more(checkout)
     text = more.read_text()
     assert old in text
@@ -221,7 +221,7 @@ def test_what_a_name_means_is_in_the_key(checkout, more, old, new, moved):
     assert differing(before, keys_of_more(checkout)) == moved
 
 
-def test_circles_are_told_apart_and_known_again(checkout, more):
+def test_keys_distinguish_cycles(checkout, more):
     before = keys_of_more(checkout)
     assert before["even"] != before["odd"]
     more.write_text(more.read_text().replace("even", "straight").replace("odd", "bent"))
@@ -229,7 +229,7 @@ def test_circles_are_told_apart_and_known_again(checkout, more):
     assert Reach(checkout).key(("raxel.more", "bent")) == before["odd"]
 
 
-def test_a_module_that_moves_keeps_the_keys(checkout, more):
+def test_moving_module_keeps_keys(checkout, more):
     """But for code that asks where it stands, or what a function is called."""
     before = {f: Reach(checkout).key((PAGE, f)) for f in ("trial", "by_module")}
     of_more = keys_of_more(checkout)
@@ -250,7 +250,7 @@ def test_a_module_that_moves_keeps_the_keys(checkout, more):
     assert differing(of_more, moved) == {"beside", "called"}
 
 
-def test_a_name_that_changes_keeps_the_keys(checkout, more):
+def test_renaming_keeps_keys(checkout, more):
     before = keys_of_more(checkout)
     flat = checkout / "lib/raxel/shapes/flat.py"
     numbers = flat.with_name("numbers.py")
@@ -267,7 +267,7 @@ def test_a_name_that_changes_keeps_the_keys(checkout, more):
     assert "indirect" in differing(before, keys_of_more(checkout))
 
 
-def test_keys_are_the_same_in_every_process(checkout, more):
+def test_keys_are_reproducible(checkout, more):
     program = (
         "from pathlib import Path; from repro.run.reach import Reach; "
         f"print([Reach(Path.cwd()).key(('raxel.more', f)) for f in {OF_MORE}])"
@@ -284,14 +284,14 @@ def test_keys_are_the_same_in_every_process(checkout, more):
     assert said == {f"{list(keys_of_more(checkout).values())}\n"}
 
 
-def test_a_table_filled_after_its_definition_belongs_to_it(checkout):
+def test_key_covers_later_item_assignment(checkout):
     key = Reach(checkout).key(("raxel.shapes", "circle"))
     path = checkout / "lib/raxel/shapes/flat.py"
     path.write_text(path.read_text().replace('["pi"] = 3', '["pi"] = 4'))
     assert Reach(checkout).key(("raxel.shapes", "circle")) != key
 
 
-def test_reached_are_definitions_with_their_places_the_nearest_first(checkout):
+def test_reached_lists_nearest_definitions_first(checkout):
     reach = Reach(checkout)
     reached = reach.reached((PAGE, "trial"))
     assert reached[0] == (PAGE, "trial")
@@ -299,11 +299,11 @@ def test_reached_are_definitions_with_their_places_the_nearest_first(checkout):
     assert reached[3:] == [("raxel.shapes.numbers", "square")]
     path, line = reach.place("raxel.shapes.flat", "area")
     assert path.read_text().splitlines()[line - 1] == "def area(side):"
-    with pytest.raises(LookupError, match=r"raxel\.shapes defines no area"):
+    with pytest.raises(LookupError, match=r"raxel\.shapes: no definition of area"):
         reach.place("raxel.shapes", "area")
 
 
-def test_every_name_that_an_experiment_uses_of_the_project_is_found():
+def test_reach_finds_all_project_names():
     from repro.run.discover import producers
 
     root = Path(__file__).resolve().parents[3]
@@ -316,7 +316,7 @@ def test_every_name_that_an_experiment_uses_of_the_project_is_found():
     assert not lost
 
 
-def test_every_experiment_of_the_checkout_reaches_the_library():
+def test_experiments_reach_library():
     from repro.run.discover import producers
 
     root = Path(__file__).resolve().parents[3]

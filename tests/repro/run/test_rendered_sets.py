@@ -52,7 +52,7 @@ def checkout(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_key_follows_the_rig_and_the_code_of_the_laboratory(checkout):
+def test_set_key_follows_rig_and_simulator(checkout):
     code = (
         'from raxel.lab.take import take\ndef render(o):\n    """One."""\n    take(o)'
     )
@@ -69,13 +69,13 @@ def test_the_key_follows_the_rig_and_the_code_of_the_laboratory(checkout):
     assert len({first, second, key(checkout)}) == 3
 
 
-def test_the_key_reaches_into_the_real_laboratory():
+def test_set_key_reaches_simulator():
     reached = {":".join(place) for place in Reach(ROOT).reached(rendering.CODE)}
     wanted = ["lab.set_rendering:render_set", "lab.rig:Rig", "lab.sensor:Sensor"]
     assert {f"raxel.{one}" for one in wanted} <= reached
 
 
-def test_names_are_checked_where_they_are_declared(checkout):
+def test_declared_set_names_are_validated(checkout):
     assert sets(checkout, NAME, OTHER, NAME).names == [NAME, OTHER]
     for name in ("small", "small/-1", "small/03", "../small/3", "small/3/4"):
         with pytest.raises(ValueError, match=r"page\.py:7: rendered set .*RIG/SEED"):
@@ -84,7 +84,7 @@ def test_names_are_checked_where_they_are_declared(checkout):
         _ = sets(checkout, "big/3").names
 
 
-def test_only_a_declared_set_is_opened(checkout):
+def test_undeclared_set_is_rejected(checkout):
     with pytest.raises(FileNotFoundError, match=r"raxel render data/rigs/small\.yaml"):
         rendered_set("small", 3)
     written(checkout, "data/synthetic/small/3/set.yaml", "")
@@ -98,7 +98,7 @@ def test_only_a_declared_set_is_opened(checkout):
         rendered_set("small", 3)
 
 
-def test_a_page_that_reads_a_rig_declares_one():
+def test_pages_declare_their_rigs():
     """Of its experiments some may only stand beside the code that reads it."""
     reach = Reach(ROOT)
     readers = {
@@ -127,7 +127,7 @@ def rolled(effort):
 """
 
 
-def test_where_leads_from_an_experiment_to_its_sets_and_back(checkout):
+def test_where_links_experiments_and_sets(checkout):
     written(checkout, "chapters/ch09_x/s1_y/page.py", PAGE)
     shutil.copytree(ROOT / "data/published", checkout / "data/published")
     written(checkout, manifest(OTHER), "{}")
@@ -150,9 +150,7 @@ def made(checkout):
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
 
 
-def test_a_set_is_whole_and_one_that_was_cut_is_made_again(
-    checkout, monkeypatch, capsys
-):
+def test_truncated_set_is_rendered_again(checkout, monkeypatch, capsys):
     monkeypatch.setenv("RAXEL_TIMES", rendered.TIMES)
     first = made(checkout)
     described = checkout / manifest(NAME)

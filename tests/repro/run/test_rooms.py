@@ -166,6 +166,6 @@ def marks(path: Path) -> list[int]:
     ]
 
 
-def test_every_file_of_the_chapters_has_its_place():
+def test_chapter_files_and_imports_are_valid():
     found = refusals(ROOT)
     assert not found, "\n" + "\n".join(found)

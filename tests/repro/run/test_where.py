@@ -46,7 +46,7 @@ def source_line(root, line):
         ("fig_2_2_error", "page experiment algorithm", "rays_from_known_motion"),
     ],
 )
-def test_an_id_leads_from_its_page_to_the_algorithm(identifier, words, algorithm):
+def test_id_leads_to_algorithm(identifier, words, algorithm):
     lines = [n for n in atlas().lines(identifier) if n.word not in ("data", "set")]
     assert list(dict.fromkeys(n.word for n in lines)) == words.split()
     assert algorithm in [None, *(n.name for n in lines if n.word == "algorithm")][:4]
@@ -54,7 +54,7 @@ def test_an_id_leads_from_its_page_to_the_algorithm(identifier, words, algorithm
         assert source_line(ROOT, line).lstrip().startswith(("def ", "class "))
 
 
-def test_every_experiment_leads_to_the_algorithm():
+def test_experiments_lead_to_algorithms():
     for one in MADE:
         if one.kind == "experiment":
             assert {"experiment", "algorithm"} <= set(kinds(one.id)), one.id
@@ -98,7 +98,7 @@ def name_values(result):
 """
 
 
-def test_a_quoted_name_leads_to_the_line_that_made_it(checkout, monkeypatch):
+def test_quoted_name_leads_to_its_line(checkout, monkeypatch):
     page = write_page(checkout, QUOTING)
     name = "/".join(page.relative_to(checkout / "chapters").parts[:2])
     short = name.partition("/")[2]
@@ -121,7 +121,7 @@ def test_a_quoted_name_leads_to_the_line_that_made_it(checkout, monkeypatch):
     assert source_line(checkout, value) == '# value("early", 3)'
 
 
-def test_what_nothing_makes_is_one_line_with_what_is_near(monkeypatch, capsys):
+def test_unknown_id_is_one_line_with_suggestion(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     assert where.main(["table_3_44"]) == 1
     said = capsys.readouterr()
@@ -132,7 +132,7 @@ def test_what_nothing_makes_is_one_line_with_what_is_near(monkeypatch, capsys):
     assert where.main([]) == 1
 
 
-def test_the_listing_in_contributing_is_what_is_printed():
+def test_listing_in_contributing_matches_output():
     text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
     listing = text.split("$ make where ")[1]
     identifier, *rows = listing.partition("...")[0].split("\n")
@@ -145,7 +145,7 @@ def test_the_listing_in_contributing_is_what_is_printed():
     assert listed == printed[: len(listed)]
 
 
-def test_make_takes_an_id_for_a_question_and_not_for_an_order():
+def test_make_where_does_not_build_ids():
     done = subprocess.run(
         ["make", "--dry-run", "where", "table_3_4", "s3_2_results:omni.left_out"],
         cwd=ROOT, capture_output=True, text=True, check=True,

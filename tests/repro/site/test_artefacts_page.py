@@ -46,7 +46,7 @@ def claim(name, verdict, **more):
         ("", ""),
     ],
 )  # fmt: skip
-def test_a_finding_is_what_the_verdicts_of_the_claims_say(verdicts, said):
+def test_finding_follows_claim_verdicts(verdicts, said):
     words = {"r": "reproduced", "d": "differs", "u": "undecided", "q": "quick"}
     claims = [
         claim(name, words[v], regenerated="none of 9")
@@ -55,7 +55,7 @@ def test_a_finding_is_what_the_verdicts_of_the_claims_say(verdicts, said):
     assert artefacts.finding(row("fig_2_6", reason=""), claims) == said
 
 
-def test_a_number_that_came_out_stands_in_the_finding_with_its_meaning():
+def test_finding_includes_number_with_meaning():
     measured = {"regenerated": 1.376, "interval": [1.362, 1.388], "unit": "px"}
     one = claim("a", "differs", reason="ratio of means, 150/120; SDs 2.0") | measured
     assert artefacts.finding(row("fig_2_3", reason=""), [one]) == (
@@ -64,7 +64,7 @@ def test_a_number_that_came_out_stands_in_the_finding_with_its_meaning():
     )
 
 
-def test_without_claims_its_check_or_its_caption_is_the_finding():
+def test_finding_without_claims_is_check_or_caption():
     checked = row("fig_2_4", reason="check: it rises: 1, 2")
     assert artefacts.finding(checked, []) == "It rises: 1, 2."
     assert artefacts.finding(checked | {"verdict": "quick"}, []) == ""
@@ -96,7 +96,7 @@ def checkout(tmp_path):
     return tmp_path
 
 
-def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checkout):
+def test_artefacts_have_cards_with_links(checkout):
     board = [row("fig_2_6", kind="artefact")]
     board.append(claim("c2_motion", "reproduced", artefacts=["fig_2_6"]))
     found = artefacts.artefacts(Furnisher(checkout, "full", ""), [PAGE], board)
@@ -137,7 +137,7 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     assert artefacts.artefacts(Furnisher(checkout, "full", ""), [], board) == []
 
 
-def test_the_start_page_quotes_what_there_is(tmp_path):
+def test_start_page_quotes_existing_values(tmp_path):
     trial = {"values": {"ours.right": 3, "ours.deep.x": 1, "n": 2}}
     write_json(tmp_path / "results" / "sweep.json", {"trials": [trial]})
     write_atomic(tmp_path / "table.csv", "a,b\n1,2\n")

@@ -16,7 +16,7 @@ from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
 
 
-def test_mirror_touches_only_what_differs(tmp_path):
+def test_mirror_writes_only_changed_files(tmp_path):
     wanted = {"a.txt": "1", "sub/b.txt": "2"}
     assert sorted(mirror(wanted, tmp_path)) == ["a.txt", "sub/b.txt"]
     os.utime(tmp_path / "a.txt", (1, 1))
@@ -26,7 +26,7 @@ def test_mirror_touches_only_what_differs(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
+def test_chapters_are_in_thesis_order(tmp_path):
     books = []
     names = [
         "guides/s1_first",
@@ -53,7 +53,7 @@ def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
         chapters_of(tmp_path, books, {})
 
 
-def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
+def test_pages_are_in_section_order(tmp_path):
     titles = {
         "s4_1_steps": "2.4.1 and 2.4.2 Steps",
         "s4_all": "2.4 All of it",
@@ -93,7 +93,7 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
         ("# T\n", ""),
     ],
 )
-def test_a_guide_is_announced_by_its_first_paragraph(tmp_path, text, summary):
+def test_guide_is_listed_with_first_paragraph(tmp_path, text, summary):
     path = tmp_path / "guide.md"
     path.write_text(text)
     assert summary_of(path) == summary
@@ -134,7 +134,7 @@ def test_start_page_lists_guides_and_chapters(tmp_path):
     assert places == sorted(places)
 
 
-def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
+def test_images_of_set_without_page_are_not_published(tmp_path):
     base = tmp_path / "figures" / "quick"
     for name in ("ext_a@my.set.png", "ext_a@gone.png", "fig_2_3.png"):
         write_atomic(base / name, name)
@@ -149,7 +149,7 @@ def test_pictures_of_a_set_without_a_page_are_not_handed_out(tmp_path):
     assert not [name for name in handed if "gone" in name]
 
 
-def test_counts_come_in_the_order_of_the_verdicts():
+def test_counts_are_in_verdict_order():
     rows = [
         {"id": "c", "kind": "claim", "verdict": v, "chapter": c}
         | {"firmness": None, "changed": ""}
@@ -179,7 +179,7 @@ def start_page(root, base, pages=()):
     return (root / "source" / "index.md").read_text("utf-8")
 
 
-def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
+def test_start_page_begins_with_summary_and_example(tmp_path):
     base = small_checkout(tmp_path)
     fit = "tried: 1\nf: cgsp chosen: best\nf: cgsp, fitted boards: rms 0.028 px\nmore\n"
     trials = {
@@ -205,7 +205,7 @@ def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
     assert heading not in start_page(tmp_path, base)
 
 
-def test_the_start_page_shows_a_finding_whose_picture_and_page_there_are(tmp_path):
+def test_start_page_shows_findings_with_figure_and_page(tmp_path):
     base = small_checkout(tmp_path)
     page = "ch04_central_generic/s1_5_simulated"
     rows = "as_printed,84.2\ncgsp,0.737\nwell_conditioned,0.804\n"

@@ -26,7 +26,7 @@ def built(site):
         (site / name).write_text(PAGE.format(title, text))
 
 
-def test_book_has_every_page_of_the_chapters_in_their_order(tmp_path):
+def test_book_has_chapter_pages_in_order(tmp_path):
     built(tmp_path)
     text = book.book(tmp_path)
     titles = re.findall(r"<h1>(\w[\w.]*)<a", text)

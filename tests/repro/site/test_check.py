@@ -28,7 +28,7 @@ def site(tmp_path):
     return tmp_path
 
 
-def test_good_site_has_no_problem(site, capsys):
+def test_valid_site_has_no_problem(site, capsys):
     assert check_site(site) == []
     assert main([str(site)]) == 0
     assert capsys.readouterr().out == ""
@@ -68,7 +68,7 @@ def test_good_site_has_no_problem(site, capsys):
         ("<style>@import 'https://example.org/x.css';</style>", "from a host"),
     ],
 )
-def test_each_fault_is_named_with_its_place(site, html, complaint, capsys):
+def test_faults_are_named_with_position(site, html, complaint, capsys):
     (site / "bad.html").write_text(f"<html><body>\n{html}\n</body></html>")
     problems = check_site(site)
     assert len(problems) == 1
@@ -83,5 +83,5 @@ def test_style_sheets_are_read(site):
     assert [p.text for p in check_site(site)] == ["link gone.woff2: no such file"]
 
 
-def test_a_folder_without_pages_is_not_a_good_site(tmp_path):
+def test_folder_without_pages_is_a_problem(tmp_path):
     assert "no HTML page" in check_site(tmp_path)[0].text

@@ -34,11 +34,11 @@ LINK = '<a href="../errata.html#E-2.10">E-2.10</a>'
         ("<code>c2_other</code> a < b E-2.10", f"<code>c2_other</code> a < b {LINK}"),
     ],
 )
-def test_codes_in_html(html, linked):
+def test_codes_in_html_become_links(html, linked):
     assert linked_html(html, KNOWN, "../") == (linked or html)
 
 
-def test_codes_in_prose():
+def test_codes_in_prose_become_links():
     text = """
 About E-2.10
 ============
@@ -72,7 +72,7 @@ About E-2.10
     assert doctree.astext().replace(LINK, "E-2.10") == before
 
 
-def test_every_entry_of_the_ledger_has_an_anchor_on_its_page():
+def test_ledger_entries_have_anchors():
     book = ledger.load(ROOT)
     pages = ledger_pages(ROOT, book)
     found = codes(ROOT, book, [row("c2_motion")])

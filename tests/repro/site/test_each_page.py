@@ -12,7 +12,7 @@ def entry(title, *below):
     return nodes.list_item("", addnodes.compact_paragraph("", "", link), *below)
 
 
-def test_sections_go_and_pages_stay():
+def test_tree_keeps_pages_without_sections():
     pages = addnodes.toctree(entries=[(None, "a"), (None, "b")])
     section = entry("section", nodes.bullet_list("", entry("inner"), pages))
     contents = nodes.bullet_list("", entry("page", nodes.bullet_list("", section)))
@@ -23,7 +23,7 @@ def test_sections_go_and_pages_stay():
     assert "inner" in contents.astext()
 
 
-def test_a_page_without_pages_below_keeps_its_title_alone():
+def test_page_without_subpages_keeps_title():
     contents = nodes.bullet_list(
         "", entry("page", nodes.bullet_list("", entry("section"))), entry("other")
     )
@@ -38,7 +38,7 @@ def docutils_document(*children):
     return document
 
 
-def test_the_first_sentence_comes_without_its_lead():
+def test_first_sentence_omits_lead():
     text = "Question. How wide is\nthe lens, 2.5 mm off axis? It has 183 degrees."
     section = nodes.section("", nodes.title("", "Page"), nodes.paragraph("", text))
     document = docutils_document(section)

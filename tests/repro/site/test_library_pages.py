@@ -25,7 +25,7 @@ def plain():
 """
 
 
-def test_every_package_that_exports_names_has_a_page():
+def test_packages_have_reference_pages():
     pages = library_pages(ROOT / "lib" / "raxel")
     listed = re.findall(r"automodule:: (\S+)", "".join(pages.values()))
     assert {"raxel.errors", "raxel.cameras", "raxel.calibration"} <= set(listed)
@@ -37,7 +37,7 @@ def test_every_package_that_exports_names_has_a_page():
     assert {f"api/{name}.rst" for name in names} == set(pages) - {"api/index.rst"}
 
 
-def test_a_docstring_is_text_with_code_in_it():
+def test_docstring_becomes_text_with_code():
     assert as_rst(["a_b *c* `d_e` ``f*g`` |h|"]) == [
         r"a\_b \*c\* \ ``d_e``\  \ ``f*g``\  \|h\|",
         "",
@@ -60,7 +60,7 @@ def test_a_docstring_is_text_with_code_in_it():
     assert example == ["**Examples**", "", "::", "", "    >>> 1 * 2", "    2", ""]
 
 
-def test_a_name_leads_to_the_code_that_defines_it():
+def test_name_links_to_definition():
     def address(name):
         return source_of("py", {"module": "raxel.cameras", "fullname": name})
 
@@ -71,7 +71,7 @@ def test_a_name_leads_to_the_code_that_defines_it():
     assert address("no_such_name") is None
 
 
-def test_a_source_page_has_an_anchor_for_every_name(tmp_path):
+def test_source_page_has_anchors(tmp_path):
     path = tmp_path / "lines.py"
     path.write_text(SOURCE)
     page = source_pages.source_page(path, "raxel/rays/lines.py", "../../../")

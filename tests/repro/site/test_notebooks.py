@@ -37,9 +37,7 @@ def checkout(tmp_path):
     return root
 
 
-def test_the_first_cell_finds_the_checkout_and_takes_its_code(
-    kernel, checkout, tmp_path, monkeypatch
-):
+def test_first_cell_finds_checkout(kernel, checkout, tmp_path, monkeypatch):
     folder = checkout / "report" / "notebooks" / "ch02_sample"
     lib = checkout / "lib"
     places = {
@@ -70,7 +68,7 @@ def test_the_first_cell_finds_the_checkout_and_takes_its_code(
             assert os.environ["RAXEL_SET"] == "my-set"
 
 
-def test_where_a_notebook_cannot_run_its_first_cell_says_so_in_one_line(
+def test_first_cell_reports_missing_parts_in_one_line(
     kernel, checkout, tmp_path, monkeypatch
 ):
     def told():
@@ -99,7 +97,7 @@ def executed(folder, name, code):
     return path
 
 
-def test_a_notebook_that_was_worked_in_is_kept_beside_the_new_one(tmp_path):
+def test_edited_notebook_is_kept(tmp_path):
     out = tmp_path / "notebooks"
     mine, other = out / "ch02_sample/mine.ipynb", out / "ch02_sample/other.ipynb"
     pages = [executed(tmp_path, name, "check(None)") for name in ("mine", "other")]
@@ -133,7 +131,7 @@ def pins(name):
     ("file", "package"),
     [("lab", "jupyterlab"), ("bench", "fringes"), ("bench", "pytest-benchmark")],
 )
-def test_further_pins_change_no_package_of_the_report(file, package):
+def test_further_pins_do_not_change_packages(file, package):
     report, further = pins("environment.txt"), pins(f"lib/repro/{file}.txt")
     assert package in further
     assert not [name for name in further if name.startswith("opencv")]

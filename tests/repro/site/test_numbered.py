@@ -17,11 +17,11 @@ from repro.site.numbered import by_page, entry, listed
         ("app_a", "Appendix A"),
     ],
 )
-def test_artefacts_are_listed_in_few_words(identifiers, words):
+def test_artefact_list_is_short(identifiers, words):
     assert listed(identifiers.split()) == words
 
 
-def test_navigation_says_what_a_page_holds():
+def test_navigation_lists_artefacts_of_page():
     title = "4.3.2 A mirror and a fisheye, rendered: parameters, errors"
     held = ["fig_4_6", "table_4_3"]
     assert entry(title, held) == (
@@ -32,7 +32,7 @@ def test_navigation_says_what_a_page_holds():
     assert entry(named, ["alg_1"]) == named
 
 
-def test_a_page_has_what_it_makes_of_the_thesis_in_order():
+def test_page_artefacts_are_in_order():
     made = [
         Producer(kind, name, "m", "f", "ch/page", 1, {})
         for kind, name in (

@@ -40,18 +40,18 @@ def report() -> Path:
     return SITE
 
 
-def test_a_second_build_has_nothing_to_do(report):
+def test_second_build_has_no_jobs(report):
     done = build()
     assert done.returncode == 0
     assert "Nothing changed" in done.stderr
     assert "[" not in done.stderr.replace("[markdown]", "")
 
 
-def test_every_link_of_the_site_leads_somewhere_and_nothing_loads_from_a_host(report):
+def test_site_links_are_valid_and_local(report):
     assert check_site(report) == []
 
 
-def test_every_notebook_runs_where_it_lies(report, tmp_path, monkeypatch):
+def test_notebooks_run_in_their_folder(report, tmp_path, monkeypatch):
     # The build has checked the ledger and the judgements. To read and check them again
     # for each notebook would be half of the time, and so would be what each shell does
     # when it ends: collect the garbage of this process.
@@ -76,13 +76,13 @@ def test_every_notebook_runs_where_it_lies(report, tmp_path, monkeypatch):
         assert open_yet == len(exercises_of(book)), path.name
 
 
-def test_exercises_on_photographs_take_right_answers(report, monkeypatch):
+def test_exercises_on_image_sets_accept_right_answers(report, monkeypatch):
     monkeypatch.setenv("RAXEL_EFFORT", "quick")
     monkeypatch.setenv("RAXEL_SET", "opencv-left")
     assert misjudged(ROOT, "photographs/set") == []
 
 
-def test_every_chapter_page_is_in_the_site_with_its_headings(report):
+def test_chapter_pages_are_in_site(report):
     for path in page_files(ROOT):
         name = page_id(ROOT, path)
         if not name.startswith("ch"):
@@ -93,7 +93,7 @@ def test_every_chapter_page_is_in_the_site_with_its_headings(report):
         assert places == sorted(places), name
 
 
-def test_scoreboard_has_a_row_for_everything_and_quick_gives_no_verdict(report):
+def test_quick_scoreboard_is_complete_without_verdicts(report):
     rows = json.loads((report / "scoreboard.json").read_text("utf-8"))
     kinds = [row["kind"] for row in rows]
     assert kinds.count("artefact") == 88
@@ -106,7 +106,7 @@ def test_scoreboard_has_a_row_for_everything_and_quick_gives_no_verdict(report):
     assert built["c2_crossover"]["regenerated"]
 
 
-def test_results_are_plain_and_say_where_they_come_from(report):
+def test_results_state_their_origin(report):
     for path in sorted((FIGURES / "results").glob("*.json")):
         if path.name.endswith(".run.json"):
             continue

@@ -62,9 +62,7 @@ def check_nothing_got_in(site):
     assert tags <= {"figure", "img", "figcaption", "table", "caption", "tr", "th", "td"}
 
 
-def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
-    tmp_path, monkeypatch
-):
+def test_only_changed_pages_are_rendered(tmp_path, monkeypatch):
     base = small_checkout(tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "lib"))
@@ -148,7 +146,7 @@ def pages_of(site):
     return {name: re.sub(r"\?v=\w+", "", text) for name, text in texts.items()}
 
 
-def test_a_warning_fails_the_site_every_time(tmp_path):
+def test_warning_fails_site_repeatedly(tmp_path):
     source, site = tmp_path / "build" / "source", tmp_path / "site"
     source.mkdir(parents=True)
     (source / "conf.py").write_text('project = "x"\nhtml_theme = "basic"\n')
@@ -159,7 +157,7 @@ def test_a_warning_fails_the_site_every_time(tmp_path):
     assert not site.exists()
 
 
-def test_after_a_run_that_was_killed_no_page_counts_as_done(tmp_path, monkeypatch):
+def test_killed_run_leaves_no_page_done(tmp_path, monkeypatch):
     state = tmp_path / "doctrees" / "environment.pickle"
     state.parent.mkdir()
     state.touch()
@@ -176,7 +174,7 @@ def test_after_a_run_that_was_killed_no_page_counts_as_done(tmp_path, monkeypatc
     assert there == [True, False]
 
 
-def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
+def test_files_without_source_are_removed(tmp_path):
     source, built = tmp_path / "source", tmp_path / "html"
     kept = {
         "source": ("index.md", "sets/one.ipynb", "_extra/figures/a@one.svg"),
@@ -191,7 +189,7 @@ def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
     assert sorted(without_source(source, built)) == sorted(gone)
 
 
-def test_what_is_dimmed_in_the_dark_is_not_turned_as_well():
+def test_dimmed_images_are_not_inverted():
     styles = (ROOT / "report" / "source" / "_static" / "report.css").read_text("utf-8")
     dimmed = re.findall(r"([^{}]+)\{\s*filter: brightness", styles)
     turned = re.findall(r"([^{}]+)\{\s*filter: invert", styles)

@@ -4,7 +4,7 @@ from repro.run.kept import Kept
 from repro.site.mirror import made, mirror
 
 
-def test_a_text_is_made_again_only_where_that_is_needed(tmp_path):
+def test_text_is_made_only_if_needed(tmp_path):
     source, folder, times = tmp_path / "a.py", tmp_path / "site", []
 
     def text():
@@ -27,7 +27,7 @@ def test_a_text_is_made_again_only_where_that_is_needed(tmp_path):
     assert (folder / "a.html").read_text() == "yy"
 
 
-def test_what_is_not_wanted_goes(tmp_path):
+def test_unwanted_files_are_removed(tmp_path):
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "page.html").write_text("x")
     assert sorted(mirror({"page.html": "new"}, tmp_path)) == [

@@ -88,7 +88,7 @@ def ask(request, folder):
     )
 
 
-def test_folder_words_environment_streams_and_time(ask, folder):
+def test_job_gets_folder_arguments_environment_streams(ask, folder):
     job = ask("say", "two words", "", 'quo"te')
     said, aside = job.communicate(timeout=FOREVER)
     assert job.returncode == 0, aside
@@ -103,7 +103,7 @@ def test_folder_words_environment_streams_and_time(ask, folder):
     ("words", "status", "reason"),
     [(("leave", "7"), 7, ""), (("raise",), 1, "ValueError: wrong")],
 )
-def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
+def test_failed_job_returns_status(ask, folder, words, status, reason):
     (folder / "times" / "page" / "label.json").unlink(missing_ok=True)
     job = ask(*words)
     _, aside = job.communicate(timeout=FOREVER)
@@ -112,7 +112,7 @@ def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
     assert not (folder / "times" / "page" / "label.json").exists()
 
 
-def test_a_job_ends_with_the_process_that_asked_for_it(ask):
+def test_job_ends_with_requesting_process(ask):
     job = ask("sleep")
     number = int(job.stdout.readline())
     job.kill()
@@ -166,7 +166,7 @@ def ended_and_left_nothing(job, folder):
     return job.wait(timeout=FOREVER) != 0 and not [*folder.rglob("whole.json")]
 
 
-def test_a_server_that_imports_still_ends_at_once(tmp_path):
+def test_importing_server_ends_immediately(tmp_path):
     with bare_server(tmp_path, BUSY) as (server, ask):
         job = ask("kind/label", "sample", "half")
         server.stdout.readline()
@@ -175,7 +175,7 @@ def test_a_server_that_imports_still_ends_at_once(tmp_path):
         assert ended_and_left_nothing(job, tmp_path)
 
 
-def test_what_only_reads_results_does_not_wait_for_what_computing_needs(tmp_path):
+def test_reading_jobs_do_not_wait_for_compute_imports(tmp_path):
     with bare_server(tmp_path, BUSY) as (server, ask):
         job = ask("page/label", "sample", "half")
         assert int(job.stdout.readline()) > 0
@@ -185,7 +185,7 @@ def test_what_only_reads_results_does_not_wait_for_what_computing_needs(tmp_path
         assert ended_and_left_nothing(job, tmp_path)
 
 
-def test_the_jobs_that_only_read_are_jobs_of_the_rules():
+def test_reading_jobs_exist_in_rules():
     rules = (ROOT / "lib/repro/workflow/rules").glob("*.smk")
     text = "\n".join(path.read_text("utf-8") for path in rules)
     labels = set(re.findall(r'"\(?job ([a-z]+)[/ ]', text))
@@ -194,7 +194,7 @@ def test_the_jobs_that_only_read_are_jobs_of_the_rules():
 
 
 @pytest.mark.parametrize("how", ["the build is gone", "it says so"])
-def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how):
+def test_jobs_end_with_build(tmp_path, how):
     with bare_server(tmp_path) as (server, ask):
         job = ask("kind/label", "sample", "half")
         started = Path("/proc") / job.stdout.readline().strip()
@@ -208,7 +208,7 @@ def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how)
     assert not started.exists() or "Z" in (started / "stat").read_text().split()[2]
 
 
-def test_no_job_begins_once_the_build_was_interrupted(folder):
+def test_no_job_starts_after_interruption(folder):
     with warm_jobs() as end:
         end()
         environment = os.environ | {"PYTHONPATH": str(folder), "THESIS_SCENE": ""}

@@ -41,7 +41,7 @@ def there(work):
 
 
 @pytest.mark.parametrize("dates", [None, (1, 1)])
-def test_whole_files_stay_without_a_word_whatever_their_dates(work, capsys, dates):
+def test_unchanged_files_are_kept(work, capsys, dates):
     for name in FILES if dates else ():
         os.utime(work.root / name, ns=dates)
     drop_damaged(work)
@@ -51,7 +51,7 @@ def test_whole_files_stay_without_a_word_whatever_their_dates(work, capsys, date
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", None])
-def test_a_file_that_is_cut_edited_or_gone_takes_its_job_along(work, capsys, content):
+def test_changed_file_removes_outputs_of_job(work, capsys, content):
     damaged = work.root / FILES[2]
     before = damaged.stat()
     damaged.unlink() if content is None else damaged.write_text(content)
@@ -65,7 +65,7 @@ def test_a_file_that_is_cut_edited_or_gone_takes_its_job_along(work, capsys, con
     assert capsys.readouterr().err == ""
 
 
-def test_of_the_site_only_its_mark_goes_for_it_mends_itself(work):
+def test_damaged_site_removes_only_marker(work):
     (SITE / "index.html").write_text("")
     drop_damaged(work)
     assert not (work.root / work.site_done).exists()
@@ -73,7 +73,7 @@ def test_of_the_site_only_its_mark_goes_for_it_mends_itself(work):
     assert there(work) == list(FILES)
 
 
-def test_the_newest_record_of_a_file_counts(work):
+def test_newest_record_decides(work):
     job("table/x", lambda: write_atomic(Path(FILES[1]), "1,2"))
     older = work.root / "figures/quick/times/figure/x.json"
     os.utime(older, ns=(1, 1))
@@ -89,7 +89,7 @@ def test_the_newest_record_of_a_file_counts(work):
         json.dumps({"files": {"figures/../README.md": [2, 1, "0" * 64]}}),
     ],
 )
-def test_a_damaged_record_removes_nothing(work, content):
+def test_damaged_record_removes_nothing(work, content):
     write_atomic(work.root / "README.md", "kept")
     before = sorted(work.root.rglob("*"))
     (work.root / "figures/quick/times/figure/x.json").write_text(content)

@@ -21,7 +21,7 @@ def work(tmp_path):
     return Work(ROOT, "quick", None, {name: str(tmp_path / name) for name in names})
 
 
-def test_each_set_has_one_page(work):
+def test_sets_have_one_page(work):
     assert work.target_kinds == {"grid": "active_grid", "board": "chessboard"}
     pages = {page.set: page.stem for page in work.pages.values() if page.set}
     assert pages == {"grid": "photographs/active_grid", "board": "photographs/set"}
@@ -30,14 +30,14 @@ def test_each_set_has_one_page(work):
     assert not {"ext_grid_places@board", "ext_models@grid"} & made
 
 
-def test_what_shows_every_set_reads_those_of_its_kind(work):
+def test_artefact_of_all_sets_reads_its_kind(work):
     read = [i for i in work.needed("table", "ext_methods") if "@" in i]
     assert read == ["photograph_study@board"]
     assert work._sets_option([("table", "ext_methods")]) == "--sets board"
     assert work.needed("table", "ext_grid_views@grid") == ["active_grid_study@grid"]
 
 
-def test_a_set_that_cannot_be_read_is_of_no_kind(tmp_path):
+def test_unreadable_set_has_no_kind(tmp_path):
     assert target_kind(tmp_path) == ""
     (tmp_path / "set.yaml").write_text("[1, 2]")
     assert target_kind(tmp_path) == ""

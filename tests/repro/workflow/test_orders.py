@@ -18,7 +18,7 @@ def work():
 
 
 @pytest.mark.parametrize("chapter", ["ch02", "appendix_a"])
-def test_a_chapter_is_its_pages_and_what_they_show(work, chapter):
+def test_chapter_target_has_pages_and_artefacts(work, chapter):
     pages = {Path(name).parent.name for name in _targets(work, chapter)}
     assert len(pages) == 1
     assert pages.pop().startswith(chapter)
@@ -37,12 +37,12 @@ def test_a_chapter_is_its_pages_and_what_they_show(work, chapter):
         ("chapter", "nothing makes chapter"),
     ],
 )
-def test_an_order_that_nothing_answers_is_refused(work, order, reason):
+def test_unknown_target_is_rejected(work, order, reason):
     with pytest.raises(OrderError, match=reason):
         _targets(work, order)
 
 
-def test_a_plan_lists_the_chapters_once(monkeypatch):
+def test_plan_lists_chapters_once(monkeypatch):
     listings = []
     producers = discover.producers
     monkeypatch.setattr(
@@ -54,7 +54,7 @@ def test_a_plan_lists_the_chapters_once(monkeypatch):
     assert listings == [ROOT]
 
 
-def test_the_rules_share_the_plan_of_the_order():
+def test_rules_share_plan_of_command():
     planned.cache_clear()
     assert planned(ROOT, "quick", None, "") is planned(ROOT, "quick", None, "")
     assert planned(ROOT, "full", None, "") is not planned(ROOT, "quick", None, "")

@@ -28,7 +28,7 @@ def package(monkeypatch, tmp_path):
     return calls
 
 
-def test_the_second_run_needs_no_package(package, tmp_path):
+def test_second_fetch_needs_no_package(package, tmp_path):
     folder = tmp_path / "set"
     assert photographs.fetch(folder)
     assert (folder / "left01.jpg").read_bytes() == b"first"
@@ -38,7 +38,9 @@ def test_the_second_run_needs_no_package(package, tmp_path):
     assert list((tmp_path / "cache").iterdir()) == []
 
 
-def test_without_the_package_one_line_says_why(package, tmp_path, monkeypatch, capsys):
+def test_missing_package_is_reported_in_one_line(
+    package, tmp_path, monkeypatch, capsys
+):
     failed = subprocess.CompletedProcess([], 1, "", "ERROR: no such version\n" * 3)
     monkeypatch.setattr(photographs.subprocess, "run", lambda *a, **k: failed)
     assert photographs.fetch(tmp_path / "set") is False

@@ -13,9 +13,7 @@ def written(path, seconds, **more):
     path.write_text(json.dumps({"processor_seconds": seconds, **more}))
 
 
-def test_records_are_added_up_by_page_and_those_of_lost_producers_left_out(
-    tmp_path, monkeypatch, capsys
-):
+def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     made = [
         Producer("experiment", "sweep", "chapters.c.s.page", "f", "c/s", 1, {}),
         Producer("figure", "fig", "chapters.c.s.page", "g", "c/s", 9, {}),

@@ -205,7 +205,7 @@ def eyes_thrown(root: Path) -> set[int]:
     return {trial["values"]["eyes"] for trial in result["trials"]}
 
 
-def test_a_change_rebuilds_what_it_reaches(checkout, first):
+def test_change_rebuilds_dependent_files(checkout, first):
     status, text = first
     assert status == 0, text
     assert jobs(text) == THROWS | AGAIN | SET | SPREAD | REST
@@ -237,7 +237,7 @@ def test_a_change_rebuilds_what_it_reaches(checkout, first):
     assert not [*(checkout / "data/synthetic").rglob(".3*")]
 
 
-def test_a_failing_job_shows_its_reason_and_what_was_cut_is_made_again(checkout, first):
+def test_failing_job_is_reported_and_truncated_file_rebuilt(checkout, first):
     result = checkout / "figures/quick/results/dice_spread.json"
     before = json.loads(result.read_text())
     edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
@@ -279,7 +279,7 @@ def in_session(leader: int) -> list[str]:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks /proc")
-def test_an_interrupted_build_ends_in_one_line_and_leaves_no_process(checkout):
+def test_interrupted_build_ends_cleanly(checkout):
     dice = checkout / "lib" / "raxel" / "dice.py"
     before = dice.read_text()
     held = before.replace("def throw(rng):", "def throw(rng):\n    hold()")
@@ -300,14 +300,14 @@ def test_an_interrupted_build_ends_in_one_line_and_leaves_no_process(checkout):
     assert not [*(checkout / "figures").rglob(".*")]
 
 
-def test_an_unknown_target_is_refused_in_one_line(checkout):
+def test_unknown_target_is_rejected_in_one_line(checkout):
     status, text = build(checkout, "fig_2_33")
     assert status == 1
     (line,) = text.strip().splitlines()
     assert "did you mean fig_2_3?" in line
 
 
-def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
+def test_figure_with_scene_has_one_more_file(checkout):
     edit(checkout, PAGE, 'evidence="synthetic")', 'evidence="synthetic", scene=True)')
     scene = 'Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))'
     edit(checkout, PAGE, 'throws.")', f'throws.", scene={scene})')
@@ -329,7 +329,7 @@ def test_a_figure_with_a_scene_leaves_one_file_more(checkout):
     assert jobs(text) == {"figure fig_2_3"}, text
 
 
-def test_result_files_do_not_depend_on_the_number_of_jobs(checkout, first):
+def test_results_are_independent_of_number_of_jobs(checkout, first):
     result = checkout / "figures/quick/results/dice_throws.json"
     before = result.read_bytes()
     edit(checkout, PAGE, '"quick": 2,', '"quick": 3,')

@@ -185,7 +185,7 @@ OF_ALL = {
 PAGE_OF_ALL = {"claims and numbers of ch03_pictures/all", "page ch03_pictures/all"}
 
 
-def test_a_producer_reads_its_own_set_or_every_set_of_the_build():
+def test_producer_reads_own_or_all_sets():
     def read(own):
         return discover.results_read(("one", "two"), {"two"}, own, ("b", "a"))
 
@@ -194,7 +194,7 @@ def test_a_producer_reads_its_own_set_or_every_set_of_the_build():
     assert discover.result_ids(read("")) == ["one", "two@b", "two@a"]
 
 
-def test_inputs_name_every_set_of_the_build(checkout):
+def test_inputs_name_all_sets(checkout):
     planned = work(checkout)
     assert list(planned.sets) == ["a-set", "b-set-x-q"]
     both = ["picture_size@a-set", "picture_size@b-set-x-q"]
@@ -209,7 +209,7 @@ def test_inputs_name_every_set_of_the_build(checkout):
     }
 
 
-def test_every_set_of_the_build_and_no_other(checkout):
+def test_only_sets_of_build_are_used(checkout):
     status, text = build(checkout, "ch03")
     assert status == 0, text
     assert jobs(text) > size_of("a-set") | size_of("b-set-x-q") | OF_ALL
@@ -236,7 +236,7 @@ def test_every_set_of_the_build_and_no_other(checkout):
     assert jobs(text) == set(), text
 
 
-def test_every_file_that_a_set_names_is_an_input(tmp_path):
+def test_files_of_set_are_inputs(tmp_path):
     folder = add_set(tmp_path, "odd", 3)
     for name in ("corners.txt", "black", "truth/a/b.npz", "not named.png"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -247,7 +247,7 @@ def test_every_file_that_a_set_names_is_an_input(tmp_path):
     assert set(set_files(folder)) == expected
 
 
-def test_a_faulty_set_stops_only_what_shows_it(checkout, capsys):
+def test_invalid_set_stops_only_its_pages(checkout, capsys):
     folder = add_set(checkout, "wrong", 3)
     (folder / "set.yaml").write_text("raxel_set: 1\nname: [")
     planned = work(checkout)
@@ -262,12 +262,12 @@ def test_a_faulty_set_stops_only_what_shows_it(checkout, capsys):
     shutil.rmtree(folder)
 
 
-def test_nothing_that_a_terminal_obeys_is_said(capsys):
+def test_control_characters_are_not_printed(capsys):
     say("left out: \x1b[2Ja\u202eb\x07: é")
     assert capsys.readouterr().err == "left out:  [2Ja b : é\n"
 
 
-def test_two_sets_with_one_page_name_are_told(tmp_path):
+def test_sets_with_equal_page_name_are_reported(tmp_path):
     add_set(tmp_path, "a b", 3)
     add_set(tmp_path, "a+b", 3)
     assert list(sets_of_report(tmp_path, "")) == ["a-b"]
@@ -275,14 +275,14 @@ def test_two_sets_with_one_page_name_are_told(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["index", "set", "写真"])
-def test_no_set_takes_the_name_of_a_page_that_there_is(tmp_path, name):
+def test_set_cannot_use_existing_page_name(tmp_path, name):
     assert name_of(tmp_path / name) not in ("index", "set", "")
 
 
 @pytest.mark.parametrize(
     "name", ["a: b", "a #b", "{x}", "$HOME `id` \"'", "[1]", "12", "~"]
 )
-def test_make_hands_the_folder_of_a_set_on_as_it_stands(tmp_path, name):
+def test_make_passes_set_folder_unchanged(tmp_path, name):
     from snakemake.cli import parse_config
 
     make = ["make", "-f", ROOT / "Makefile", "-o", "setup"]
@@ -295,7 +295,7 @@ def test_make_hands_the_folder_of_a_set_on_as_it_stands(tmp_path, name):
     assert parse_config(orders._config("quick", "", name))["recorded"] == name
 
 
-def test_a_new_set_and_another_photograph_reach_what_shows_all(checkout):
+def test_new_set_and_image_rebuild_pages_of_all_sets(checkout):
     add_set(checkout, "c-set", 3)
     changed = checkout / "data" / "recorded" / ODD / PHOTOGRAPH
     changed.write_bytes(b"x" * 9)
@@ -305,7 +305,7 @@ def test_a_new_set_and_another_photograph_reach_what_shows_all(checkout):
     assert rows(checkout) == [["b-set-x-q", "9", "12"], ["c-set", "3", "12"]]
 
 
-def test_without_any_set_the_page_of_all_is_built(checkout):
+def test_page_of_all_sets_is_built_without_sets(checkout):
     shutil.rmtree(checkout / "data" / "recorded")
     status, text = build(checkout, "ch03")
     assert status == 0, text
@@ -313,7 +313,7 @@ def test_without_any_set_the_page_of_all_is_built(checkout):
     assert "There are 0 sets: ." in page(checkout)
 
 
-def test_a_mirror_set_is_refused_with_the_command_that_reports_on_it(tmp_path):
+def test_mirror_set_is_rejected_with_command(tmp_path):
     folder = tmp_path / "wing"
     mirror_sets.write_mirror_set(folder)
     for given in (folder, tmp_path):
