@@ -51,7 +51,7 @@ def heights_at(camera, pixels):
 
 
 def visible_pixels(deflection, across=25, down=17):
-    """Pixels (N, 2) all over the sheet's picture."""
+    """Pixels (N, 2) all over the image of the sheet."""
     x, y = np.meshgrid(np.linspace(-79.9, 79.9, across), np.linspace(-49.9, 49.9, down))
     sheet = bent(deflection).mirror
     points = sheet.point(np.column_stack([x.ravel(), y.ravel()]) / sheet.radius)[0]
@@ -59,7 +59,7 @@ def visible_pixels(deflection, across=25, down=17):
 
 
 def spline_like(camera, deflection, shape=(7, 3), quantity="inverse depth", **more):
-    """The spline nearest to a bent sheet, over its whole picture."""
+    """The spline nearest to a bent sheet, over its whole image."""
     pixels = visible_pixels(deflection, 60, 40)
     grid = spline_grid(normalised(VIEWER, pixels), shape, **more)
     points = camera.rays(pixels).origins

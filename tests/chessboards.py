@@ -2,7 +2,7 @@
 
 The pattern is evaluated at each pixel's centre; an edge crosses a pixel as a ramp one
 pixel wide. Every corner is a saddle that its own symmetry centres, so the corners of
-the formula are the corners of the picture.
+the formula are the corners of the image.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Board:
         return self._bent(straight[:, :2] / straight[:, 2:])
 
     def image(self, dark=40, bright=210, ground=120):
-        """The picture, (height, width) uint8."""
+        """The image, (height, width) uint8."""
         v, u = np.mgrid[0 : self.height, 0 : self.width].astype(float)
         x, y = self._board(u, v)
         pattern = _wave(x, self.columns) * _wave(y, self.rows)

@@ -1,6 +1,6 @@
 """Is a rendered corner where it should be? Small boards, and a fit by areas.
 
-The fit knows how much of a pixel an edge covers, so it finds a corner of a picture
+The fit knows how much of a pixel an edge covers, so it finds a corner of an image
 without lens and noise to a few thousandths of a pixel. It checks renderings, and is no
 detector: it starts near the corner.
 """

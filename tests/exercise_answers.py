@@ -23,10 +23,10 @@ def misjudged(root, page):
         for answer, right in answers(found):
             if judged(answer).right is not right:
                 lines.append(f"{page}: {answer!r} should be {right}: {exercise.line}")
-        for said, wrong in options.get("slips", {}).items():
-            told = judged(wrong())
-            if (told.right, told.text) != (False, said):
-                lines.append(f"{page}: slip {said!r} is not told")
+        for explanation, wrong in options.get("slips", {}).items():
+            outcome = judged(wrong())
+            if (outcome.right, outcome.text) != (False, explanation):
+                lines.append(f"{page}: slip {explanation!r} gives no explanation")
         if judged(None).right is not None:
             lines.append(f"{page}: no answer counts as one: {exercise.line}")
     return lines

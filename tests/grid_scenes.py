@@ -1,4 +1,4 @@
-"""Views of an active grid as a camera's pixels see them, without pictures."""
+"""Views of an active grid per camera pixel, without rendered images."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ SIZE_MM = np.array([170.0, 130.0])
 
 
 def seen_points(camera, T_camera_grid, size_mm=SIZE_MM):
-    """(H, W, 2) mm, NaN for pixels beside the grid."""
+    """(H, W, 2) mm, NaN for pixels outside the grid."""
     shape = camera.height, camera.width
     rays = camera.rays(pixel_grid(camera.width, camera.height))
     hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)

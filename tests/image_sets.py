@@ -51,7 +51,7 @@ def write_drawn_set(folder, tilts=TILTS_DEG, **changes):
     folder.mkdir(parents=True, exist_ok=True)
     drawn = list(boards(tilts))
     for index, board in enumerate(drawn):
-        picture = cv2.GaussianBlur(board.image(), (0, 0), 0.7)
-        cv2.imwrite(str(folder / f"view{index}.png"), picture)
+        blurred = cv2.GaussianBlur(board.image(), (0, 0), 0.7)
+        cv2.imwrite(str(folder / f"view{index}.png"), blurred)
     write_description(folder, description(len(drawn), **changes))
     return drawn

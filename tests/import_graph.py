@@ -51,7 +51,7 @@ def arrows_between(modules, root):
 
 
 def circle_in(arrows):
-    """The Arrows of one circle, in order; [] where there is none."""
+    """The Arrows of one circle, in order; [] without one."""
     imports = {}
     for arrow in arrows:
         imports.setdefault(arrow.importer, {}).setdefault(arrow.imported, arrow)

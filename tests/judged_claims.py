@@ -22,11 +22,11 @@ def verdicts(judge, results):
 def of_rejected(judge, results):
     """{(verdict, how many of how many runs were rejected, verdict with these as
     misses)} of all readings; of one that tells of none, the verdict alone."""
-    told = r"(\d+ of \d+) runs rejected, which as misses give: ([a-z ]+)"
+    pattern = r"(\d+ of \d+) runs rejected, which as misses give: ([a-z ]+)"
     return {
         (
             one.verdict,
-            *(found.groups() if (found := re.search(told, one.reason)) else ()),
+            *(found.groups() if (found := re.search(pattern, one.reason)) else ()),
         )
         for one in readings_of(judge, results)
     }

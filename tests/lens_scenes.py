@@ -93,5 +93,5 @@ class DrawnLens:
         return pixels, theta < self._reach
 
     def in_image(self, pixels):
-        """Which of the pixels (N, 2) lie in the picture."""
+        """Which of the pixels (N, 2) are in the image."""
         return np.all((pixels > -0.5) & (pixels < np.array(SIZE) - 0.5), axis=1)

@@ -46,7 +46,7 @@ def edge(x, count=9):
 
 def step_views(k, pair, rng, moved_mm=0.0):
     """StepViews of step k between two deflections; moved_mm: by how much somebody
-    touched the board between the pictures."""
+    touched the board between the images."""
     T = board_pose([5, 8, 5] * rng.standard_normal(3))
     touched = T.copy()
     touched[:3, 3] += moved_mm * (T[:3, 0] + T[:3, 2]) / np.sqrt(2)

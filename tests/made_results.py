@@ -1,7 +1,7 @@
 """Results that tests make up, written and read as a build writes and reads them.
 
 They are `repro.run.results.Result`, in the conditions of the experiment's own plan: a
-claim that asks for a condition which no plan has fails here as it fails in a build.
+claim that reads a condition which no plan has fails here as in a build.
 """
 
 import functools
@@ -107,7 +107,7 @@ def _is_column(value):
 
 
 class OfLaw(Result):
-    """A Result whose values a law gives when they are asked for.
+    """A Result whose values a law gives when they are read.
 
     law(name, condition) -> the value of each trial, (trials,); ``conditions`` are a
     list, or the experiment whose plan has them.

@@ -33,7 +33,7 @@ class WavyCamera:
 
 
 def board_poses(seed, count, distance, spread, tilt=0.5):
-    """Poses (count, 4, 4) of boards before a camera, tilted all ways."""
+    """Poses (count, 4, 4) of boards in front of a camera, tilted all ways."""
     rng = np.random.default_rng(seed)
     around = np.linspace(0, 2 * np.pi, count, endpoint=False) + rng.uniform(0, 1)
     across = tilt * np.column_stack([np.cos(around), np.sin(around)])
@@ -67,7 +67,7 @@ def boards_of(camera, seed=0, count=6, noise=0.05, bend=0.0, row=0.0):
 def write_made_set(folder, boards, names=None):
     """A set of grey images, and a file with its corners; None: no board.
 
-    Returns both paths. The file is beside the folder.
+    Returns both paths. The file is next to the folder.
     """
     folder.mkdir()
     names = names or [f"{k}.png" for k in range(len(boards))]
@@ -90,5 +90,5 @@ def write_made_set(folder, boards, names=None):
 
 
 def of_more_than_the_rim(warnings):
-    """Boards of the made sets stand in the middle, and most of them are told of it."""
+    """Boards of the made sets are in the middle, which is reported for most of them."""
     return [text for text in warnings if "% of the image lie beyond" not in text]

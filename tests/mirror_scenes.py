@@ -23,7 +23,8 @@ W, H = 3072, 2304
 VIEWER = PerspectiveCamera(
     [[7600, 0, 1540.0], [0, 7600, 1160.0], [0, 0, 1]], [-0.08, 0.02], W, H
 )
-# Half a turn about this axis puts the clamp to the right and the sheet at 60 degrees.
+# A 180-degree rotation about this axis puts the clamp to the right and the sheet at 60
+# degrees.
 SHEET = pose(
     rotation_from_vector(np.pi * np.array([np.sin(np.pi / 12), 0, np.cos(np.pi / 12)])),
     np.array([68.0, 0, 370]),
@@ -95,7 +96,7 @@ def disc_camera(T_camera_board, centre):
 
 
 def small(share=16):
-    """The viewer with pixels `share` times as wide, for pictures of every pixel."""
+    """The viewer with pixels `share` times as wide, for images of every pixel."""
     scale = np.diag([1 / share, 1 / share, 1])
     return PerspectiveCamera(scale @ VIEWER.K, VIEWER.radial, W // share, H // share)
 
@@ -118,7 +119,7 @@ def spline_camera(quantity="inverse depth", deflection=6.0, viewer=VIEWER):
 
 @lru_cache
 def all_rays(camera):
-    """The rays of all pixels of a camera, which many pictures of it share."""
+    """The rays of all pixels of a camera, which many images of it share."""
     return camera.rays(pixel_grid(camera.width, camera.height))
 
 
@@ -139,7 +140,8 @@ BOARD = lattice(14, 13, 18.0)
 
 
 def board_pose(turn_deg, shift=(0, 0, 0)):
-    """T_camera_grid of the board of 14 x 13 corners, some 260 mm before the mirror."""
+    """T_camera_grid of the 14 x 13 corner board, about 260 mm in front of the
+    mirror."""
     T = posed(np.array([0, 70.0, 0]) + turn_deg, [0, 0, 0])
     centre = np.array([-232.0, 0, 305]) + shift
     T[:3, 3] = centre - T[:3, :2] @ BOARD.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Mirror sets of grey photographs on disk, for tests of what reads mirror.yaml."""
+"""Mirror sets of grey images on disk, for tests of what reads mirror.yaml."""
 
 import cv2
 import numpy as np
@@ -38,7 +38,7 @@ def mirror_description(**changes):
 
 
 def write_mirror_set(folder, data=None, **of_sets):
-    """A mirror set of grey photographs; of_sets: name of an image set -> changes."""
+    """A mirror set of grey images; of_sets: name of an image set -> changes."""
     grey = cv2.imencode(".png", np.full((HEIGHT, WIDTH), 90, np.uint8))[1].tobytes()
     for name in BOARDS:
         count = 2 if name == "plate" else 4
@@ -56,7 +56,7 @@ def write_mirror_set(folder, data=None, **of_sets):
 
 
 def code(k):
-    """The patterns of position k, photographs of their own."""
+    """The patterns of position k, separate images."""
     return [pattern | {"image": f"{k}-{pattern['image']}"} for pattern in CODE]
 
 

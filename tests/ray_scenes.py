@@ -18,7 +18,7 @@ BENT = FlexibleMirrorCamera(
     offset=(66, 0, 370),
     rotation=np.radians([-46.29, -0.48, -172.75]),
 )
-SD_PX = 0.05  # of a picture four times as large, 0.2
+SD_PX = 0.05  # of an image four times as large, 0.2
 ACROSS = np.array([-0.35, 0.0, 0.94])
 T_MIRROR = pose(rotation_from_vector([0.02, -0.03, 0.04]), 30 * ACROSS + [2, 8, 3])
 

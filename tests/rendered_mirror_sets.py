@@ -1,4 +1,4 @@
-"""A mirror set on disk, rendered: what a peer would photograph of a mirror that bends.
+"""A mirror set on disk, rendered: images of a flexible mirror as a user takes them.
 
 `write_mirror_set` makes the folder that `raxel.sets.load_mirror_set` reads, with the
 true cameras and poses in its folder `truth`, for scoring alone.
@@ -18,8 +18,8 @@ from raxel.lab.target_poses import DrawnPoses, Visibility
 from raxel.sets import Chessboard, ImageSet, View, write_set
 from raxel.sets.mirror_set import DESCRIPTION
 
-# The board that calibrates the viewer: photographs, and its width as a share of the
-# picture's in the middle of its distances.
+# The board that calibrates the viewer: number of images, and its width relative to the
+# image at the mean distance.
 VIEWER_BOARD, VIEWER_VIEWS, VIEWER_SHARE = Chessboard(10, 7, 10.0), 8, 0.5
 # The board of the steps: as large as the mirror shows whole at 260 mm before and after
 # 5 mm, since a board whose end is not seen on every side is counted wrongly.
@@ -36,7 +36,7 @@ def write_mirror_set(rig, folder, seed, deflections, board=STEP_BOARD, **optiona
 
     seed: whole number; deflections: (k + 1,) mm, stage 0 first: k steps, each with a
     board before and after it and another, farther off, to score it; board: the
-    Chessboard of the steps, all of whose corners are seen in every picture; optional:
+    Chessboard of the steps, all of whose corners are visible in every image; optional:
     as for `rig.camera` (aberration_um and its seed, strain_um, holder_mm). Raises
     RuntimeError, as `rig.board_pose`, where a step is too large for the board.
     """
@@ -98,7 +98,7 @@ def _write_plate(rig, platter, folder, seed):
 
 
 def _write_stages(rig, cameras, deflections, folder, seed):
-    """(steps for mirror.yaml, true poses by picture)"""
+    """(steps for mirror.yaml, true poses by image)"""
     folder.mkdir()
     rng = np.random.default_rng([seed, POSES, 1])
     steps, poses, least = [], {}, rig.board.columns * rig.board.rows
@@ -113,8 +113,8 @@ def _write_stages(rig, cameras, deflections, folder, seed):
         }
         for name, (camera, T) in taken.items():
             noise = np.random.default_rng([seed, STEPS, len(poses)])
-            picture = render_board(replace(rig.rig, camera=camera), T, noise, noise)
-            write_image(folder / name, picture)
+            image = render_board(replace(rig.rig, camera=camera), T, noise, noise)
+            write_image(folder / name, image)
             poses[name] = T.tolist()
         before, after, evaluate = taken
         moved = float(pair[1] - pair[0])

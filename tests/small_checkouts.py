@@ -62,7 +62,7 @@ if __name__ == "__main__":
 """.replace("# show_code(csv_text)", "# show_code(check)")
 
 
-# What people may call a photograph, a set's camera, or a view.
+# Unusual names of an image, a set's camera, or a view.
 ODD = (
     "<svg onload=alert(1)>.jpg",
     "a\"b'.jpg",
@@ -227,7 +227,7 @@ def small_checkout(root):
         if path.suffix != ".pyc"
     }
     mirror(source, root / "report" / "source")
-    write_atomic(root / "data" / "recorded" / "README.md", "# Your own photographs\n")
+    write_atomic(root / "data" / "recorded" / "README.md", "# Your own images\n")
     return base
 
 

@@ -16,7 +16,7 @@ SMALLER = 6
 
 
 def tiny_rig(name="clean", stages=2):
-    """The MirrorSetRig of that name with 128 x 96 px, three pictures of a monitor and
+    """The MirrorSetRig of that name with 128 x 96 px, three images of a monitor and
     two boards for the viewer."""
     rig = load_mirror_set_rig(RIGS / f"{name}.yaml")
     large = rig.viewer.camera

@@ -34,8 +34,8 @@ from tests.bent_mirror_scenes import (
     spline_like,
     visible_pixels,
 )
-from tests.drawn_photographs import Board, Lens, Photo, gaussian
-from tests.drawn_photographs import drawn as photographed
+from tests.drawn_images import Board, Lens, Photo, gaussian
+from tests.drawn_images import drawn as photographed
 
 RAYS, START = 200_000, 20_000  # of a camera; of the linear stage
 CENTRE_MM = np.array([0.0, 0.0, 600.0])

@@ -1,6 +1,6 @@
 """Predicted standard deviations beside actual errors, on drawn images: stated.json.
 
-Corners are drawn by `tests.drawn_photographs`, active grids and boards by the formulas
+Corners are drawn by `tests.drawn_images`, active grids and boards by the formulas
 here. `ratio` is a robust standard deviation of errors over the predicted one,
 `within1` to `within3` the shares of errors within so many of them, in per cent.
 """
@@ -18,7 +18,7 @@ from raxel.features.active_grid import decode
 from raxel.features.lattice import orders
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.sets import ActiveGrid, patterns_of, plan_of_cells
-from tests.drawn_photographs import Lens, Photo, board_in_view, drawn, gaussian
+from tests.drawn_images import Lens, Photo, board_in_view, drawn, gaussian
 
 ROBUST = 1.4826  # of a Gaussian's standard deviation over its median deviation
 # Corners.

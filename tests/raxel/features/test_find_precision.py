@@ -19,9 +19,9 @@ from raxel.features.chessboard.grids import (
 from raxel.features.chessboard.saddles import Level
 from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
-from tests.drawn_photographs import Board as BoardBefore
-from tests.drawn_photographs import Lens, Photo, gaussian
-from tests.drawn_photographs import drawn as photographed
+from tests.drawn_images import Board as BoardBefore
+from tests.drawn_images import Lens, Photo, gaussian
+from tests.drawn_images import drawn as photographed
 from tests.raxel.features.test_find import seen, soft_and_noisy
 
 FINER = 4

@@ -1,4 +1,4 @@
-"""The ledger as it stands, and that every fault in it is told in one line."""
+"""The ledger: contents, and one line for each fault."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A figure or table may show printed numbers beside its results; nothing else can."""
+"""Only figures and tables may show printed numbers next to their results."""
 
 import csv
 import inspect
@@ -21,13 +21,13 @@ from repro.run.outcomes import Table
 
 @table("ext_beside", evidence="analytic", published=("NAME",))
 def ext_beside(results, published):
-    return Table({"printed": list(published.values())}, "Beside.")
+    return Table({"printed": list(published.values())}, "Caption.")
 """
 
 
 @pytest.fixture
 def checkout(tmp_path):
-    """A checkout with the ledger and one table that asks for a printed number."""
+    """A checkout with the ledger and one table that uses a printed number."""
 
     def made(name):
         path = tmp_path / "chapters" / "ch09_try" / "s9_beside" / "page.py"

@@ -1,4 +1,4 @@
-"""Readings of a claim: which are asked for, and how a test's outcomes become them."""
+"""Readings of a claim: combinations of options, and outcomes of tests."""
 
 import numpy as np
 import pytest
@@ -137,7 +137,7 @@ def test_reading_has_interval_of_estimate():
     assert (made.verdict, made.regenerated, made.interval) == ("reproduced", 2, (1, 3))
     assert (made.unit, made.reason, made.reading) == ("mm", "because", {})
     assert Reading.of(UNDECIDED, 2.0).interval is None
-    # Of a ratio of two samples that mostly failed there is none, and no interval.
+    # A ratio of two samples that mostly failed has no value and no interval.
     made = Reading.of(UNDECIDED, Estimate(np.nan, 0.0, np.inf))
     assert (made.regenerated, made.interval) == ("no number", None)
 

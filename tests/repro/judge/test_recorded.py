@@ -1,4 +1,4 @@
-"""A claim's test is not altered in silence: `changed` says how, or a check fails."""
+"""A changed test of a claim requires a note in `changed`."""
 
 from pathlib import Path
 from textwrap import dedent
@@ -96,7 +96,7 @@ SAID = {
 
 @pytest.mark.parametrize("said", SAID)
 @pytest.mark.parametrize("part", ALTERED)
-def test_changed_test_requires_changed_note(checkout, part, said):
+def test_changed_test_requires_changed_note(checkout, part, output):
     recorded.record(checkout)
     before = (checkout / FOLDER / recorded.NAME).read_text()
     replace(checkout, *ALTERED[part])
@@ -106,7 +106,7 @@ def test_changed_test_requires_changed_note(checkout, part, said):
     assert recorded.record(checkout) == [found]
     assert (checkout / FOLDER / recorded.NAME).read_text() == before
 
-    replace(checkout, CLAIMS, *SAID[said])
+    replace(checkout, CLAIMS, *SAID[output])
     (found,) = recorded.faults(checkout)
     assert found.endswith("`changed` differs; run make recorded")
     assert recorded.record(checkout) == []

@@ -194,8 +194,8 @@ def test_number_has_one_reading_and_words():
 
 
 def test_claim_row_has_test_and_change():
-    told = {**claim("fig_2_1"), "test": "Slope >= 0.9.", "changed": "Once."}
-    book = small(claims={"c": told})
+    changed = {**claim("fig_2_1"), "test": "Slope >= 0.9.", "changed": "Once."}
+    book = small(claims={"c": changed})
     row = by_id(book, judged(claims={"c": readings(("differs", {}))}))["c"]
     assert (row["test"], row["changed"]) == ("Slope >= 0.9.", "Once.")
     assert of_claim(("differs", {}))["changed"] == ""

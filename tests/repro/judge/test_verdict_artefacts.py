@@ -54,10 +54,10 @@ def test_artefact_counts_decided_claims():
 OPEN = ({"noise": "px"}, {"noise": "mm"})
 FIRM = {
     "all hold in all readings": (("RR", "RR"), None, "all readings", [2, 2]),
-    "one hangs on the reading": (("RR", "RD"), None, "some readings", [1, 2]),
+    "one depends on the reading": (("RR", "RD"), None, "some readings", [1, 2]),
     "one differs in all readings": (("RD", "DD"), None, "all readings", [1, 2]),
     "one differs in one reading": (("RR", "DR"), None, "some readings", [1, 2]),
-    "all hang on the reading": (("RD",), None, "no claim", [0, 1]),
+    "all depend on the reading": (("RD",), None, "no claim", [0, 1]),
     "all that differ may hold": (("DR", "RD"), None, "no claim", [0, 2]),
     "open, and may differ": (("RR", "UD"), None, "some readings", [1, 2]),
     "none is decided": (("UU",), None, None, None),

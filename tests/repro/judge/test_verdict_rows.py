@@ -152,7 +152,7 @@ def test_judged_files_are_read_in_order_and_validated(tmp_path):
     (folder / "a/s2.json").write_text("{")
     with pytest.raises(VerdictError, match=r"^a/s2.json: not JSON .*; delete it$"):
         verdict.read_judged(folder)
-    # A page asks for what concerns it; another job may be writing the rest.
+    # A page reads only its files; another job may be writing the others.
     assert [c["page"] for c in verdict.read_judged(folder, ["b/s1"])] == ["b/s1"]
 
 

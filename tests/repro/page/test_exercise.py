@@ -1,4 +1,4 @@
-"""Answers to exercises: right, wrong, and what a wrong one is told."""
+"""Answers to exercises: right, wrong, and explanations of mistakes."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -57,13 +57,13 @@ def test_check_accepts_any_factor():
     def line():
         return np.array([3.0, 4.0, 0.0])
 
-    def told(answer, **options):
+    def outcome(answer, **options):
         return exercise.check(answer, line, up_to_factor=True, **options)
 
-    assert told([-6, -8, 0]).right is told([0.3, 0.4, 0]).right is True
-    assert told([3, -4, 0]).right is told([0, 0, 0]).right is False
+    assert outcome([-6, -8, 0]).right is outcome([0.3, 0.4, 0]).right is True
+    assert outcome([3, -4, 0]).right is outcome([0, 0, 0]).right is False
     slip = {"The second is negative.": lambda: line() * [1, -1, 1]}
-    assert told([-9, 12, 0], slips=slip).text == "The second is negative."
+    assert outcome([-9, 12, 0], slips=slip).text == "The second is negative."
 
 
 @pytest.mark.parametrize("page", PAGES)

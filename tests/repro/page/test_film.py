@@ -1,4 +1,4 @@
-"""A film on a page: every frame is in it, and it asks for as many labels as frames."""
+"""A video on a page: it contains all frames and requires one label per frame."""
 
 import base64
 import io
@@ -76,6 +76,6 @@ def test_video_rejects_unequal_counts_and_large_pages(monkeypatch):
 def test_figure_becomes_frame():
     drawn, axes = style.new_figure(height_in=1.0)
     axes.set(xlabel="Place (mm)", ylabel="Place (mm)")
-    picture = pictured(drawn, 50)
-    assert picture.shape == (50, round(50 * style.WIDTH_IN), 3)
-    assert picture.min() < 100 < picture.max() == 255
+    image = pictured(drawn, 50)
+    assert image.shape == (50, round(50 * style.WIDTH_IN), 3)
+    assert image.min() < 100 < image.max() == 255

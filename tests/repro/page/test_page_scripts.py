@@ -2,7 +2,7 @@
 
 `tests/page_scripts.js` stands in for the browser. Nothing else here needs Node: where
 it is missing, the scripts go untested, and the tests say that they were left out. That
-pages have what the scripts ask for is tested without it.
+pages have what the scripts require is tested without it.
 """
 
 import json
@@ -135,7 +135,7 @@ def all_artefacts():
     """The page of all figures and tables: one of the thesis, one extension."""
     made = [
         artefacts.Artefact(
-            name=name, label="", said="", page="p", row=None, finding="", files=[],
+            name=name, label="", output="", page="p", row=None, finding="", files=[],
             behind=Behind("make", [], "s", "", "", ""), picture="",
             lines=True, head=[], cells=[],
         )

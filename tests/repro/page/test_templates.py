@@ -25,7 +25,7 @@ class Tags(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.tags, self.values, self.said = [], [], ""
+        self.tags, self.values, self.text = [], [], ""
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
@@ -34,15 +34,15 @@ class Tags(HTMLParser):
         assert not [key for key, _ in attrs if key.startswith("on")], attrs
 
     def handle_data(self, data):
-        self.said += data
+        self.text += data
 
 
-def harmless(text, *, said=True):
+def harmless(text, *, output=True):
     """Parse it; nothing of the evil text became a tag, and all of it can be read."""
     found = Tags(text)
     assert "svg" not in found.tags
-    if said:
-        assert EVIL in found.said or EVIL in found.values
+    if output:
+        assert EVIL in found.text or EVIL in found.values
     return found
 
 
@@ -119,7 +119,7 @@ def test_figures_tables_and_code_escape_values(built, monkeypatch):
     figure, table = reader.show("fig_2_3"), reader.show_table("table_2_1")
     harmless(figure.html)
     harmless(table.html)
-    assert "<svg>" in Tags(table.html).said
+    assert "<svg>" in Tags(table.html).text
     for shown in (figure, table):
         links = next(n for n in shown.markdown.splitlines() if "every trial" in n)
         found = harmless(links)
@@ -143,10 +143,10 @@ def test_source_page_escapes_code(tmp_path):
     path.write_text(f"TEXT = {EVIL!r}\n")
     page = source_page(path, "<svg>.py", "../")
     assert "svg" not in Tags(page).tags
-    assert f"TEXT = {EVIL!r}" in Tags(page).said
+    assert f"TEXT = {EVIL!r}" in Tags(page).text
 
 
 def test_templates_are_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = rows.part("badge", "reproduced")
-    assert re.sub("<[^>]*>", "", said) == "✓ reproduced"
+    output = rows.part("badge", "reproduced")
+    assert re.sub("<[^>]*>", "", output) == "✓ reproduced"

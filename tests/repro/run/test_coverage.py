@@ -1,4 +1,4 @@
-"""The chapters beside the ledger: who makes what, and that none can see the answer."""
+"""Chapters and ledger: producers of all entries, and no access to published values."""
 
 import ast
 import importlib

@@ -86,10 +86,10 @@ def test_non_literal_is_rejected_in_one_line(tmp_path, needs, imports, before):
     )
     with pytest.raises(ValueError, match="is not a literal") as caught:
         producers(tmp_path)
-    said = str(caught.value)
-    assert said.startswith(f"{path}:{line + 1}: ")
-    assert f"{needs} is" in said
-    assert "\n" not in said
+    output = str(caught.value)
+    assert output.startswith(f"{path}:{line + 1}: ")
+    assert f"{needs} is" in output
+    assert "\n" not in output
 
 
 def test_decorator_arguments_do_not_enter_key(tmp_path):
@@ -126,7 +126,7 @@ def drawn(results, identifier):
     {"fig_9_4": ("one_runs",), "fig_9_5": ("one_runs", "two_runs")},
     evidence="analytic",
 )
-def beside(results, identifier):
+def other_figure(results, identifier):
     return results, identifier
 """
 
@@ -140,8 +140,8 @@ def test_family_has_one_function(tmp_path, monkeypatch):
         ("figure", "fig_9_2"),
         ("figure", "fig_9_3"),
     ]
-    beside = [p for p in producers(tmp_path) if p.function == "beside"]
-    assert [(p.kind, p.id, p.needs) for p in beside] == [
+    other_figure = [p for p in producers(tmp_path) if p.function == "other_figure"]
+    assert [(p.kind, p.id, p.needs) for p in other_figure] == [
         ("figure", "fig_9_4", ("one_runs",)),
         ("figure", "fig_9_5", ("one_runs", "two_runs")),
     ]
@@ -157,8 +157,8 @@ def test_family_has_one_function(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, one.module, module)
     assert function_of(two)("quick") == ("quick", "two_runs")
     assert function_of(drawn[1])({}) == ({}, "fig_9_3")
-    marks = {mark["id"]: mark["needs"] for mark in module.beside.repro_marks}
-    assert marks == {p.id: p.needs for p in beside}
+    marks = {mark["id"]: mark["needs"] for mark in module.other_figure.repro_marks}
+    assert marks == {p.id: p.needs for p in other_figure}
 
 
 def test_rigs_of_rendered_sets_are_inputs(tmp_path):

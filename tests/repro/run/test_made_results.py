@@ -47,7 +47,7 @@ def test_constructed_results_match_build_results():
 
 
 def test_tests_use_made_results():
-    """Whatever answers as a result is one, so that it refuses what a result refuses."""
+    """Tests use real results, which reject unknown conditions and keys."""
     reads = {"column", "texts", "arrays"}
     own = [
         f"{path.name}:{node.lineno}"

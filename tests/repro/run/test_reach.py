@@ -157,7 +157,7 @@ MORE = """
     def odd(x):
         return x != 0 and even(x - 1)
 
-    def beside(x):
+    def nearby(x):
         return HERE / x
 
     def called(x):
@@ -170,7 +170,7 @@ MORE = """
 OF_PROJECT = ("=.chapters.", "=.raxel.", "=.repro.")
 OF_MORE = (
     "boxed", "between", "shadowed", "hidden", "stepped",
-    "even", "odd", "beside", "called", "indirect",
+    "even", "odd", "nearby", "called", "indirect",
 )  # fmt: skip
 
 
@@ -247,7 +247,7 @@ def test_moving_module_keeps_keys(checkout, more):
     after = {f: reach.key(("chapters.two.pages.page", f)) for f in before}
     assert after == before
     moved = keys_of_more(checkout, "raxel.figures.more")
-    assert differing(of_more, moved) == {"beside", "called"}
+    assert differing(of_more, moved) == {"nearby", "called"}
 
 
 def test_renaming_keeps_keys(checkout, more):
@@ -261,7 +261,7 @@ def test_renaming_keeps_keys(checkout, more):
     )
     text = text.replace("cube(y)", "third(y)").replace("LOW", "LEAST")
     more.write_text(text.replace("STEP", "STRIDE").replace("HERE", "HOME"))
-    # A module that is handed on as a whole may be asked for its names.
+    # Code may read the names of a module that is passed as an object.
     assert differing(before, keys_of_more(checkout)) == {"called"}
     flat.write_text(flat.read_text().replace("def area", "def surface"))
     assert "indirect" in differing(before, keys_of_more(checkout))
@@ -272,7 +272,7 @@ def test_keys_are_reproducible(checkout, more):
         "from pathlib import Path; from repro.run.reach import Reach; "
         f"print([Reach(Path.cwd()).key(('raxel.more', f)) for f in {OF_MORE}])"
     )
-    said = set()
+    output = set()
     for seed in "01234":
         shutil.rmtree(checkout / ".cache", ignore_errors=True)
         done = subprocess.run(
@@ -280,8 +280,8 @@ def test_keys_are_reproducible(checkout, more):
             env={**os.environ, "PYTHONHASHSEED": seed},
             cwd=checkout, capture_output=True, text=True, check=True,
         )  # fmt: skip
-        said.add(done.stdout)
-    assert said == {f"{list(keys_of_more(checkout).values())}\n"}
+        output.add(done.stdout)
+    assert output == {f"{list(keys_of_more(checkout).values())}\n"}
 
 
 def test_key_covers_later_item_assignment(checkout):

@@ -99,7 +99,7 @@ def test_undeclared_set_is_rejected(checkout):
 
 
 def test_pages_declare_their_rigs():
-    """Of its experiments some may only stand beside the code that reads it."""
+    """Some of its experiments may only be near the code that reads it."""
     reach = Reach(ROOT)
     readers = {
         (f"chapters.shared.{name}", "rig_named") for name in ("rigs", "grid_rigs")

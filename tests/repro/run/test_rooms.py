@@ -65,7 +65,7 @@ def refusals(root: Path) -> list[str]:
     chapters = Chapters(root)
     lines = []
     for name in chapters.files:
-        lines += [f"chapters/{name}: {said}" for said in misplaced(name)]
+        lines += [f"chapters/{name}: {fault}" for fault in misplaced(name)]
     for name in sorted({n.rpartition("/")[0] for n in chapters.files}):
         parts = name.split("/")
         if (
@@ -76,9 +76,9 @@ def refusals(root: Path) -> list[str]:
             lines.append(f"chapters/{name}: no page.py; every package here is a page")
     for module, targets in chapters.edges.items():
         lines += [
-            f"chapters/{chapters.modules[module]}: imports {target}; {said}"
+            f"chapters/{chapters.modules[module]}: imports {target}; {fault}"
             for target in sorted(targets)
-            for said in astray(module.split(".")[1:], target.split(".")[1:])
+            for fault in astray(module.split(".")[1:], target.split(".")[1:])
         ]
     return lines + shared_faults(chapters)
 

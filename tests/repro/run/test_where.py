@@ -124,11 +124,11 @@ def test_quoted_name_leads_to_its_line(checkout, monkeypatch):
 def test_unknown_id_is_one_line_with_suggestion(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     assert where.main(["table_3_44"]) == 1
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "did you mean " in said.err
-    assert "table_3_4" in said.err
-    assert said.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "did you mean " in output.err
+    assert "table_3_4" in output.err
+    assert output.err.count("\n") == 1
     assert where.main([]) == 1
 
 

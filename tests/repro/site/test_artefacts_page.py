@@ -1,4 +1,4 @@
-"""The page of all artefacts: findings from verdicts, small pictures, what is behind."""
+"""The page of all artefacts: findings from verdicts, previews, sources."""
 
 import shutil
 
@@ -46,13 +46,13 @@ def claim(name, verdict, **more):
         ("", ""),
     ],
 )  # fmt: skip
-def test_finding_follows_claim_verdicts(verdicts, said):
+def test_finding_follows_claim_verdicts(verdicts, output):
     words = {"r": "reproduced", "d": "differs", "u": "undecided", "q": "quick"}
     claims = [
         claim(name, words[v], regenerated="none of 9")
         for name, v in zip("abc", verdicts, strict=False)
     ]
-    assert artefacts.finding(row("fig_2_6", reason=""), claims) == said
+    assert artefacts.finding(row("fig_2_6", reason=""), claims) == output
 
 
 def test_finding_includes_number_with_meaning():
@@ -88,8 +88,8 @@ def checkout(tmp_path):
     write_json(base / "fig_2_6.json", about | {"results": {"sweep": "sweep"}})
     write_json(base / "ext_sizes.json", about | {"results": {}})
     write_json(base / "fig_9_9.json", about | {"results": {}})
-    picture = cv2.imencode(".png", np.full((900, 1500, 3), 255, np.uint8))[1]
-    write_atomic(base / "fig_2_6.png", picture.tobytes())
+    image = cv2.imencode(".png", np.full((900, 1500, 3), 255, np.uint8))[1]
+    write_atomic(base / "fig_2_6.png", image.tobytes())
     columns = "<size>,size low,size high,words,c,d\n"
     write_atomic(base / "ext_sizes.csv", f"{columns}1.23456,1,2,{'long ' * 9},3,4\n")
     write_json(base / "results" / "sweep.run.json", {"seconds": 200.0})

@@ -216,8 +216,8 @@ def test_start_page_shows_findings_with_figure_and_page(tmp_path):
     write_atomic(figure.with_suffix(".json"), '{"lines": true}')
     start = start_page(tmp_path, base, [page])
     found = start[start.index("## Five findings") : start.index("## Does the thesis")]
-    for said in ("centre of 0.737 mm", "84.2 mm", "reaches 0.804 mm"):
-        assert said in found
+    for output in ("centre of 0.737 mm", "84.2 mm", "reaches 0.804 mm"):
+        assert output in found
     link = f'<a href="{page}.html#ext_what_cgsp_buys_figure">'
     assert f'{link}<img class="raxel-lines" src="figures/' in found
     assert found.count("<figure") == 1

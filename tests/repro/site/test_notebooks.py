@@ -71,7 +71,7 @@ def test_first_cell_finds_checkout(kernel, checkout, tmp_path, monkeypatch):
 def test_first_cell_reports_missing_parts_in_one_line(
     kernel, checkout, tmp_path, monkeypatch
 ):
-    def told():
+    def message():
         with pytest.raises(first_cell.CannotRun) as caught:
             first_cell.begin("full", "ch02_sample/page", "")
         (line,) = caught.value._render_traceback_()
@@ -79,11 +79,11 @@ def test_first_cell_reports_missing_parts_in_one_line(
         return line
 
     monkeypatch.chdir(tmp_path)
-    assert "No checkout of Raxel around this notebook" in told()
+    assert "No checkout of Raxel around this notebook" in message()
     monkeypatch.chdir(checkout)
-    assert "`make notebooks EFFORT=full`" in told()
+    assert "`make notebooks EFFORT=full`" in message()
     del kernel["cv2"]
-    assert "lacks cv2: run `make lab`" in told()
+    assert "lacks cv2: run `make lab`" in message()
 
 
 def executed(folder, name, code):

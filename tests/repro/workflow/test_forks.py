@@ -90,9 +90,9 @@ def ask(request, folder):
 
 def test_job_gets_folder_arguments_environment_streams(ask, folder):
     job = ask("say", "two words", "", 'quo"te')
-    said, aside = job.communicate(timeout=FOREVER)
+    output, aside = job.communicate(timeout=FOREVER)
     assert job.returncode == 0, aside
-    assert said == f'{folder} a = b two words  quo"te\n'
+    assert output == f'{folder} a = b two words  quo"te\n'
     assert aside == "aside\n"
     took = json.loads((folder / "times" / "page" / "label.json").read_text())
     assert took["processor_seconds"] >= 0

@@ -59,8 +59,8 @@ def test_changed_file_removes_outputs_of_job(work, capsys, content):
         os.utime(damaged, ns=(before.st_atime_ns, before.st_mtime_ns + 1))
     drop_damaged(work)
     assert there(work) == []
-    (said,) = capsys.readouterr().err.splitlines()
-    assert said.startswith(FILES[2])
+    (output,) = capsys.readouterr().err.splitlines()
+    assert output.startswith(FILES[2])
     drop_damaged(work)
     assert capsys.readouterr().err == ""
 

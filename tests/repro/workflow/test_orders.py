@@ -1,4 +1,4 @@
-"""What an order such as `make ch02` asks for."""
+"""Targets of commands such as `make ch02`."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""The photographs come once and whole, and one line says why if they do not."""
+"""Images are downloaded once and completely; a failure gives one line."""
 
 import subprocess
 import zipfile

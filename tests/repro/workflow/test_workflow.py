@@ -113,7 +113,7 @@ def first(checkout) -> tuple[int, str]:
 
 
 def small_checkout(root: Path) -> Path:
-    """A checkout with everything but chapters and photographs.
+    """A checkout with everything except chapters and images.
 
     What is compiled comes with it, and nothing is run ahead: the trials here run no
     loops of the library, and each build would load them all.

@@ -25,12 +25,12 @@ from tests.image_sets import description, write_description
 from tests.repro.workflow.test_workflow import ROOT, build, jobs, small_checkout
 
 ODD = "b {set}; $x 'q"
-PHOTOGRAPH = "shots {0}/-left ${HOME}; 'a' \"b\" é"
+IMAGE_NAME = "shots {0}/-left ${HOME}; 'a' \"b\" é"
 FOLDER = "chapters/ch03_pictures"
 PAGE = f"{FOLDER}/all/page.py"
 ALL = '''
 # %% [markdown]
-# # All pictures
+# # All images
 #
 # There are {glue:text}`count` sets: {glue:text}`names`.
 
@@ -87,7 +87,7 @@ def count_pictures(results):
 '''
 ONE = """
 # %% [markdown]
-# # A set of pictures
+# # A set of images
 #
 # %%
 from pathlib import Path
@@ -146,11 +146,11 @@ def checkout(tmp_path_factory) -> Path:
 
 
 def add_set(root: Path, name: str, size: int) -> Path:
-    """A set of one photograph, in a folder of its own and with a name of no kind."""
+    """A set of one image with an unusual name, in its own folder."""
     folder = root / "data" / "recorded" / name
-    (folder / PHOTOGRAPH).parent.mkdir(parents=True)
-    (folder / PHOTOGRAPH).write_bytes(b"x" * size)
-    write_description(folder, description(0, views=[{"image": PHOTOGRAPH}]))
+    (folder / IMAGE_NAME).parent.mkdir(parents=True)
+    (folder / IMAGE_NAME).write_bytes(b"x" * size)
+    write_description(folder, description(0, views=[{"image": IMAGE_NAME}]))
     return folder
 
 
@@ -242,8 +242,8 @@ def test_files_of_set_are_inputs(tmp_path):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("{}")
     named = {"reference": "corners.txt", "truth": "truth"}
-    write_description(folder, description(0, views=[{"image": PHOTOGRAPH}], **named))
-    expected = {"set.yaml", PHOTOGRAPH, "corners.txt", "truth/a/b.npz"}
+    write_description(folder, description(0, views=[{"image": IMAGE_NAME}], **named))
+    expected = {"set.yaml", IMAGE_NAME, "corners.txt", "truth/a/b.npz"}
     assert set(set_files(folder)) == expected
 
 
@@ -253,9 +253,9 @@ def test_invalid_set_stops_only_its_pages(checkout, capsys):
     planned = work(checkout)
     assert "wrong" not in planned.sets
     orders._mind_faulty_sets(planned, "fig_2_1")
-    said = capsys.readouterr().err
-    assert re.fullmatch(r"left out: [^\n]*\n", said)
-    assert "wrong/set.yaml: line" in said
+    output = capsys.readouterr().err
+    assert re.fullmatch(r"left out: [^\n]*\n", output)
+    assert "wrong/set.yaml: line" in output
     for target in ("report", "quick", "ch03", "ext_all", "ext_one@wrong"):
         with pytest.raises(orders.OrderError, match=r"^[^\n]*wrong/set.yaml[^\n]*$"):
             orders._mind_faulty_sets(planned, target)
@@ -297,7 +297,7 @@ def test_make_passes_set_folder_unchanged(tmp_path, name):
 
 def test_new_set_and_image_rebuild_pages_of_all_sets(checkout):
     add_set(checkout, "c-set", 3)
-    changed = checkout / "data" / "recorded" / ODD / PHOTOGRAPH
+    changed = checkout / "data" / "recorded" / ODD / IMAGE_NAME
     changed.write_bytes(b"x" * 9)
     status, text = build(checkout, "ext_all")
     assert status == 0, text

@@ -15,7 +15,7 @@ MARGIN = 1.0
 
 
 class Lens(NamedTuple):
-    """Rays of pixels about the middle of a picture: a law and its focal length, px.
+    """Rays of pixels about the middle of an image: a law and its focal length, px.
 
     law: perspective, barrel, equidistant, stereographic, or mirror (the unified model
     with a parabola's parameter).
@@ -94,7 +94,7 @@ class Board(NamedTuple):
 
 class Photo(NamedTuple):
     """What becomes of the light. blur: its kernel over parts of pixels, or None; light:
-    (du, dv, fall) slope over the picture and fall towards its corners; grey: of black
+    (du, dv, fall) slope over the image and fall towards its corners; grey: of black
     and white; gamma: of the response; noise: SD in grey levels; shot: share of it that
     grows with the root of the light; mosaic: whether every pixel sees one colour only;
     sharpened: so many times what a Gaussian of 1 px takes off is added; quality: of the
@@ -112,7 +112,7 @@ class Photo(NamedTuple):
 
 
 def drawn(lens, board, photo, rng):
-    """(picture (height, width) uint8, corners (N, 2))."""
+    """(image (height, width) uint8, corners (N, 2))."""
     light = _light(lens, board)
     if photo.blur is not None:
         light = cv2.filter2D(light, -1, photo.blur, borderType=cv2.BORDER_REPLICATE)
@@ -127,19 +127,19 @@ def drawn(lens, board, photo, rng):
     grey = 255 * np.maximum(light, 0) ** (1 / photo.gamma)
     own = np.sqrt(1 - photo.shot + photo.shot * np.clip(grey, 0, 255) / 128)
     grey = grey + photo.noise * own * rng.standard_normal(grey.shape)
-    picture = _eight_bits(grey)
+    image = _eight_bits(grey)
     if photo.mosaic:
-        colour = cv2.cvtColor(picture, cv2.COLOR_BayerBG2BGR)
-        picture = cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
+        colour = cv2.cvtColor(image, cv2.COLOR_BayerBG2BGR)
+        image = cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
     if photo.sharpened:
-        grey = picture.astype(np.float32)
+        grey = image.astype(np.float32)
         grey += photo.sharpened * (grey - cv2.GaussianBlur(grey, (0, 0), 1.0))
-        picture = _eight_bits(grey)
+        image = _eight_bits(grey)
     if photo.quality:
         options = [cv2.IMWRITE_JPEG_QUALITY, photo.quality]
-        coded = cv2.imencode(".jpg", picture, options)[1]
-        picture = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
-    return picture, lens.pixels(board.points())
+        coded = cv2.imencode(".jpg", image, options)[1]
+        image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+    return image, lens.pixels(board.points())
 
 
 def _eight_bits(grey):
@@ -212,9 +212,9 @@ def motion(length, angle, sd=0.4):
 
 
 def board_in_view(lens, columns, rows, square, rng, tilt=0.5, off=0.6):
-    """A Board whose squares are about `square` px, wholly inside the picture.
+    """A Board whose squares are about `square` px, wholly inside the image.
 
-    tilt: most of its tilt, radians; off: how far towards the picture's border its
+    tilt: most of its tilt, radians; off: how far towards the image's border its
     middle lies at most, as a share. None where none fits.
     """
     inside = np.array([lens.width, lens.height]) - 4.0
@@ -222,9 +222,9 @@ def board_in_view(lens, columns, rows, square, rng, tilt=0.5, off=0.6):
         middle = lens.middle * (1 + off * rng.uniform(-1, 1, 2))
         ray = lens.rays(*middle)
         ray /= np.linalg.norm(ray)
-        beside = np.stack([lens.rays(*(middle + d)) for d in ((1, 0), (0, 1))])
-        beside /= np.linalg.norm(beside, axis=1, keepdims=True)
-        scale = np.linalg.norm(np.cross(*(beside - ray))) ** 0.5
+        neighbours = np.stack([lens.rays(*(middle + d)) for d in ((1, 0), (0, 1))])
+        neighbours /= np.linalg.norm(neighbours, axis=1, keepdims=True)
+        scale = np.linalg.norm(np.cross(*(neighbours - ray))) ** 0.5
         distance = 1 / (scale * square)
         z = ray
         x = np.array([1.0, 0, 0]) - z[0] * z
