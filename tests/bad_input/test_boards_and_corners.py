@@ -75,7 +75,7 @@ def test_an_image_too_large_for_the_memory(broken, fails, monkeypatch, fault):
     fault.code = cv2.Error.StsNoMem
     monkeypatch.setitem(DETECTORS, "opencv-sb", greedy)
     line = fails("corners", broken, "--detector", "opencv-sb")
-    assert f"{broken / 'view0.png'}: the memory does not suffice" in line
+    assert f"{broken / 'view0.png'}: not enough memory" in line
 
 
 REFERENCES = {
@@ -127,7 +127,7 @@ def found(name, count=35, columns=7, rows=5):
 
 
 CORNERS = {
-    "another file": ("{}", "images: no list found"),
+    "another file": ("{}", "images: not a list"),
     "truncated": ('{"images": [', "invalid JSON .*line 1"),
     "unknown image": (json.dumps({"images": [found("x.png")]}), r"images\[0\]\.file"),
     "image twice": (
@@ -152,21 +152,21 @@ CORNERS = {
     ),
     "no point": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[1, "a"]] * 35}]}),
-        r"images\[0\]\.corners\[0\]: found a list of 2, no point; give \[x, y\]",
+        r"images\[0\]\.corners\[0\]: found a list of 2, not a point; give \[x, y\]",
     ),
     "a truth value for a number": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[1, True]] * 35}]}),
-        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
+        r"images\[0\]\.corners\[0\]: found a list of 2, not a point",
     ),
     "a text for a number": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[1, "2"]] * 35}]}),
-        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
+        r"images\[0\]\.corners\[0\]: found a list of 2, not a point",
     ),
     "more than a float holds": (
         json.dumps(
             {"images": [{**found("view0.png"), "corners": [[1, 10**400]] * 35}]}
         ),
-        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
+        r"images\[0\]\.corners\[0\]: found a list of 2, not a point",
     ),
     "outside the image": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[99999, 1]] * 35}]}),
@@ -174,13 +174,13 @@ CORNERS = {
     ),
     "all at one point": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[9, 8]] * 35}]}),
-        r"images\[0\]\.corners: found all of them at \(9, 8\), where no board",
+        r"images\[0\]\.corners: found all of them at \(9, 8\); give",
     ),
     "all that are there at one point": (
         json.dumps(
             {"images": [{**found("view0.png"), "corners": [[9, 8]] * 34 + [None]}]}
         ),
-        r"images\[0\]\.corners: found all of them at \(9, 8\), where no board",
+        r"images\[0\]\.corners: found all of them at \(9, 8\); give",
     ),
     "a key twice": (
         '{"images": [{"file": "view0.png", "found": true, "found": false}]}',
@@ -188,7 +188,7 @@ CORNERS = {
     ),
     "another set": (
         json.dumps({"set": "elsewhere", "images": []}),
-        "set: found 'elsewhere', the set is ",
+        "set: found 'elsewhere', expected ",
     ),
     "infinity": (
         '{"images": [{"file": "view0.png", "x": Infinity}]}',

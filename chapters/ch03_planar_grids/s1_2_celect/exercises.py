@@ -46,4 +46,4 @@ def largest_growth():
     settings = CelectSettings()
     corners = 10
     radius = (corners - 1) / (settings.radius_divisor * corners)
-    return radius * (1 + settings.growth) ** settings.most_growths
+    return radius * (1 + settings.growth) ** settings.max_growths

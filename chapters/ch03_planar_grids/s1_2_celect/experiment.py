@@ -17,7 +17,7 @@ from raxel.features.celect import (
     Layers,
     Scale,
     Tracer,
-    angle_apart,
+    angle_difference,
     canny_edges,
     celect,
     clear_scale,
@@ -187,7 +187,7 @@ BROKEN = {
 }
 FADE = 0.15
 PUBLISHED = CelectSettings()
-GROWN = {"published": PUBLISHED, "no growth": CelectSettings(most_growths=0)}
+GROWN = {"published": PUBLISHED, "no growth": CelectSettings(max_growths=0)}
 
 
 def clicked_score(board, noise_sd, rng, settings=PUBLISHED):
@@ -318,7 +318,7 @@ def split_trial(condition, rng):
         space = vote(edges, window.centre, EDGE_S)
         for name, settings in AVERAGED.items():
             lines = peaks_of(space, settings, EDGE_S).lines
-            near = (angle_apart(lines[:, 1], angle) < NEAR_EDGE_DEG) & (
+            near = (angle_difference(lines[:, 1], angle) < NEAR_EDGE_DEG) & (
                 np.abs(lines[:, 0]) < settings.near_centre * EDGE_S
             )
             counts[name]["any"] += len(lines) > 1
@@ -339,9 +339,9 @@ def start_case(rng):
         side_4 = rng.uniform(50, 130)
         true, wrong = rng.uniform(-85, 85, 2)
         margins = (
-            angle_apart(true, wrong) - MIN_CROSSING_DEG,
-            abs(angle_apart(true, side_4) - t4) - MIN_MARGIN_DEG,
-            abs(angle_apart(wrong, side_4) - t4) - MIN_MARGIN_DEG,
+            angle_difference(true, wrong) - MIN_CROSSING_DEG,
+            abs(angle_difference(true, side_4) - t4) - MIN_MARGIN_DEG,
+            abs(angle_difference(wrong, side_4) - t4) - MIN_MARGIN_DEG,
             abs(abs(true) - abs(wrong)) - MIN_MARGIN_DEG,
         )
         if min(margins) >= 0:
@@ -351,8 +351,8 @@ def start_case(rng):
 def predicted_wrong(side_4, true, wrong):
     """The two conditions of the text: each flag is True where tracing should fail."""
     t4 = CelectSettings().first_angle_deg
-    nearer = angle_apart(wrong, side_4) > t4 and abs(wrong) < abs(true)
-    return bool(angle_apart(true, side_4) < t4), bool(nearer)
+    nearer = angle_difference(wrong, side_4) > t4 and abs(wrong) < abs(true)
+    return bool(angle_difference(true, side_4) < t4), bool(nearer)
 
 
 def start_trial(condition, rng):
@@ -360,7 +360,7 @@ def start_trial(condition, rng):
     side_4, true, wrong = start_case(rng)
     near_side_4, nearer = predicted_wrong(side_4, true, wrong)
     image, window, smoothing = edge_window([true, wrong], 0.0, 201, rng)
-    settings = CelectSettings(most_growths=0)
+    settings = CelectSettings(max_growths=0)
     scale = clear_scale([window], smoothing, settings)
     tracer = Tracer(image, scale, settings, record=True)
     start = window.centre
@@ -370,7 +370,10 @@ def start_trial(condition, rng):
     chosen = None
     if steps:
         theta = steps[0].lines[steps[0].chosen, 1]
-        off = {"true": angle_apart(theta, true), "wrong": angle_apart(theta, wrong)}
+        off = {
+            "true": angle_difference(theta, true),
+            "wrong": angle_difference(theta, wrong),
+        }
         chosen = min(off, key=off.get)
     return {
         "side_4_deg": side_4,

@@ -8,7 +8,7 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
     MIN_SQUARE_PX,
     MULTIPLIERS,
 )
-from raxel.features.celect import CelectSettings, angle_apart
+from raxel.features.celect import CelectSettings, angle_difference
 from repro.page import new_figure, series, value
 from repro.run import (
     Check,
@@ -396,7 +396,7 @@ def window_check(run):
         along = (end - start) / np.linalg.norm(end - start)
         off = abs(np.cross(along, anchor - start))
         s = run.s[int(run.steps[index, 0])]
-        band = max(settings.edge_band * s, settings.least_band_px)
+        band = max(settings.edge_band * s, settings.min_band_px)
         ratios += [off / band, np.linalg.norm(anchor - centre) / radius]
     return Check(
         max(ratios) <= 1 + 1e-9,
@@ -462,8 +462,10 @@ def turn_check(run):
     for index in 1 + np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         lines, before = run.of_step("lines", index), run.steps[index - 1, 5]
         limit = CelectSettings().near_centre * run.s[int(run.steps[index, 0])]
-        turns = angle_apart(lines[np.abs(lines[:, 0]) < limit, 1], before)
-        nearest.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
+        turns = angle_difference(lines[np.abs(lines[:, 0]) < limit, 1], before)
+        nearest.append(
+            angle_difference(run.steps[index, 5], before) <= turns.min() + 1e-9
+        )
     return Check(
         all(nearest),
         f"the line nearest in orientation was chosen at all {len(nearest)} later steps",

@@ -5,10 +5,10 @@ from raxel.features import charuco
 from raxel.features.boards import (
     CLICK_DETECTORS,
     DEFAULT_DETECTOR,
-    agreed,
+    agree_on_size,
     check_chessboard,
     detect_boards,
-    markers_beside,
+    marker_warning,
     read_boards,
 )
 from raxel.sets import Charuco
@@ -58,8 +58,8 @@ def detected(image_set, options, views, say):
             f"them, or take --detector {DEFAULT_DETECTOR}"
         )
     boards = detect_boards(image_set, detector, views, say)
-    if beside := markers_beside(image_set, boards):
+    if beside := marker_warning(image_set, boards):
         say(beside)
     if image_set.target.columns is not None:
         return boards, None
-    return agreed(image_set, boards, detector, say)
+    return agree_on_size(image_set, boards, detector, say)

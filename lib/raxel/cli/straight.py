@@ -7,7 +7,7 @@ import numpy as np
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.errors import InputError
-from raxel.features.grids import holds_points, read_grid
+from raxel.features.grids import has_points, read_grid
 from raxel.multiview.views import (
     perspective_view,
     plane_scale,
@@ -30,7 +30,7 @@ class Straightener(NamedTuple):
 
 def straightener(path, image_set):
     """The Straightener of a camera file, or of a view's file of points."""
-    way = _by_grid if holds_points(path) else _by_camera
+    way = _by_grid if has_points(path) else _by_camera
     return way(path, image_set)
 
 

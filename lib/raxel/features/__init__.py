@@ -1,13 +1,15 @@
-"""Finding chessboard corners: detectors are callables (image, columns, rows).
+"""Detection of chessboard (checkerboard) corners.
+
+Detectors are callables (image, columns, rows).
 
 `CLICK_DETECTORS` also take the user's clicks, as (image, columns, rows, outer_corners,
 contours).
 
 `DETECTORS` maps their names; each returns a `Detection`. The default is the library's
-own, `find_board`: it counts, it says how certain each corner is, and of 61 photographs
-in five sets (ordinary, wide, two fisheyes, a mirror) it found all 61 boards with their
-size given and without, all of them right within a pixel, where 'opencv' found 53 and
-'opencv-sb' 47 with their size given.
+own, `find_board`. It determines the size of a board and predicts the uncertainty of
+each corner. It found all 61 boards of five real image sets (ordinary, wide-angle, two
+fisheyes, a mirror), with and without a given size and with errors below a pixel;
+'opencv' found 53 and 'opencv-sb' 47 with a given size.
 """
 
 import lazy_loader

@@ -13,13 +13,13 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.celect.algorithm import find_celect
 from raxel.features.charuco import (
+    charuco_reason,
     find_charuco,
-    looks_like,
-    markers_seen,
-    with_markers_named,
+    find_markers,
+    with_marker_hint,
 )
 from raxel.features.chessboard.board import find_board
-from raxel.features.detector import Detection, find_opencv, find_opencv_sb, refused
+from raxel.features.detector import Detection, find_opencv, find_opencv_sb, rejected
 from raxel.features.lattice import order_of_clicks
 from raxel.io.documents import one_line, shown
 from raxel.io.files import read_json, write_json
@@ -36,8 +36,8 @@ from raxel.sets.model import (
 DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "raxel"
 CLICK_DETECTORS = {"celect": find_celect}
-# Beyond any picture, and below what a float can hold.
-MOST_PX = 1e9
+# Larger than any image, and exact as a float.
+MAX_COORDINATE_PX = 1e9
 
 
 class Board(NamedTuple):
@@ -62,9 +62,8 @@ def check_chessboard(image_set):
     """Raise InputError unless the target of the set is a chessboard."""
     if not isinstance(image_set.target, Chessboard):
         raise InputError(
-            f"{image_set.description}: target.kind: found active_grid, but corners are "
-            "looked for on a chessboard; raxel decode finds the points of an active "
-            "grid"
+            f"{image_set.description}: target.kind: found active_grid, but a "
+            "chessboard is required; use raxel decode for active grids"
         )
 
 
@@ -77,7 +76,7 @@ def detect_boards(
     """Detect the board in each view of an image set.
 
     All images are read before the first is searched, so that a faulty one is reported
-    at once. The corners of a ChArUco board are found by its markers, whatever the
+    at once. The corners of a ChArUco board are identified by its markers, for any
     detector.
 
     Parameters
@@ -114,20 +113,21 @@ def detect_boards(
     return boards
 
 
-def markers_beside(image_set, boards):
-    """A line on markers in the squares of what was found as a chessboard, or ''.
+def marker_warning(image_set, boards):
+    """A warning about markers in the squares of a detected chessboard, or ''.
 
-    One photograph is looked at, the first of those that show a board.
+    One image is tested, the first that shows a board.
     """
     found = [board.view for board in boards if board.detection.found]
     if isinstance(image_set.target, Charuco) or not found:
         return ""
-    seen = markers_seen(read_image(image_set, found[0]))
-    if seen is None:
+    markers = find_markers(read_image(image_set, found[0]))
+    if markers is None:
         return ""
     return (
-        f"{found[0].label}: {looks_like(*seen)} and is read as a chessboard; with "
-        "target.kind: charuco its markers would tell which corner is which"
+        f"{found[0].label}: {charuco_reason(*markers)} and is used as a "
+        "chessboard; with target.kind: charuco the markers would identify the "
+        "corners"
     )
 
 
@@ -136,8 +136,8 @@ def write_boards(path, image_set, detector, boards, vote=None):
 
     A missing corner is null, and `missing` counts them. `sd` holds the standard
     deviation of each corner in px, null where the detector gives none. `partial` holds
-    the part of a refused board that is in order: its corners, and the [row, column] of
-    each; null where there is none. `vote`: a `size_vote.SizeVote`, written as `size`.
+    the ordered part of a rejected board: its corners, and the [row, column] of each;
+    null without one. `vote`: a `SizeVote`, written as `size`.
     """
     images = [
         {
@@ -145,7 +145,7 @@ def write_boards(path, image_set, detector, boards, vote=None):
             "found": board.detection.found,
             "columns": board.detection.columns,
             "rows": board.detection.rows,
-            "corners": _plain_corners(board.detection.corners),
+            "corners": _corner_lists(board.detection.corners),
             "missing": board.detection.missing,
             "sd": plain_sd(board.detection.sd),
             "milliseconds": board.milliseconds,
@@ -191,13 +191,13 @@ def read_boards(
     entries = data.get("images") if isinstance(data, dict) else None
     if not isinstance(entries, list):
         raise InputError(
-            f"{path}: images: no list found; give a file that raxel corners wrote"
+            f"{path}: images: not a list; give a file written by raxel corners"
         )
     name = data.get("set")
     if name is not None and name != image_set.name:
         raise InputError(
-            f"{path}: set: found {shown(name)}, the set is {image_set.name!r}; "
-            "give the corners of this set"
+            f"{path}: set: found {shown(name)}, expected {image_set.name!r}; give "
+            "the corners of this set"
         )
     found = {}
     labels = {view.label for view in image_set.views}
@@ -210,13 +210,13 @@ def read_boards(
                 f"{image_set.description} once"
             )
         found[name] = _read_detection(f"{path}: {field}", entry, image_set)
-    nothing = refused(None, None, f"{path} has no entry for it")
+    nothing = rejected(None, None, f"{path} has no entry for it")
     views = image_set.views if views is None else views
     return [Board(view, found.get(view.label, nothing), None) for view in views]
 
 
-def _plain_corners(corners):
-    """[[u, v], ...], null for a corner that is missing."""
+def _corner_lists(corners):
+    """[[u, v], ...], null for a missing corner."""
     points = np.round(corners, 6).tolist()
     return [None if np.isnan(point).any() else point for point in points]
 
@@ -225,13 +225,13 @@ def _partial(partial):
     if partial is None:
         return None
     return {
-        "corners": _plain_corners(partial.corners),
+        "corners": _corner_lists(partial.corners),
         "indices": partial.indices.tolist(),
     }
 
 
 def _finder(image_set, view, detector):
-    """The detector as a callable (image, columns, rows); with the view's clicks."""
+    """The detector as a callable (image, columns, rows), with the view's clicks."""
     target = image_set.target
     if isinstance(target, Charuco):
         return lambda image, columns, rows: find_charuco(image, target)
@@ -257,22 +257,22 @@ def _detect(image_set, view, detector):
     try:
         detection = detector(image, target.columns, target.rows)
     except Exception as fault:
-        if not _is_lack_of_memory(fault):
+        if not _is_out_of_memory(fault):
             raise
         raise InputError(
-            f"{image_set.folder / view.image}: the memory does not suffice to search "
-            f"{image_set.width} x {image_set.height} px this way; try another "
-            "detector, or make all images of the set smaller"
+            f"{image_set.folder / view.image}: not enough memory to search "
+            f"{image_set.width} x {image_set.height} px; use another detector or "
+            "smaller images"
         ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
     if not detection.found and not isinstance(target, Charuco):
-        detection = with_markers_named(detection, image)
+        detection = with_marker_hint(detection, image)
     if detection.found and view.outer_corners is not None:
-        detection = _as_clicked(detection, np.array(view.outer_corners))
+        detection = _in_click_order(detection, np.array(view.outer_corners))
     return Board(view, detection, milliseconds)
 
 
-def _is_lack_of_memory(fault):
+def _is_out_of_memory(fault):
     import cv2
 
     if isinstance(fault, cv2.error):
@@ -280,8 +280,8 @@ def _is_lack_of_memory(fault):
     return isinstance(fault, MemoryError)
 
 
-def _as_clicked(detection, clicks):
-    """The detection in the order of the clicks (4, 2), or refused where none fits.
+def _in_click_order(detection, clicks):
+    """The detection in the order of the clicks (4, 2), rejected where no order fits.
 
     An order fits where each click is nearest to its own of the outermost corners.
     """
@@ -289,15 +289,15 @@ def _as_clicked(detection, clicks):
     order = order_of_clicks(detection.corners, columns, rows, clicks)
     corners = detection.corners[order]
     outermost = corners[[0, columns - 1, columns * rows - 1, columns * (rows - 1)]]
-    there = np.flatnonzero(np.isfinite(outermost[:, 0]))
-    apart = np.linalg.norm(clicks[there, None] - outermost[there], axis=2)
-    if not np.array_equal(apart.argmin(axis=1), range(len(there))):
+    known = np.flatnonzero(np.isfinite(outermost[:, 0]))
+    distance = np.linalg.norm(clicks[known, None] - outermost[known], axis=2)
+    if not np.array_equal(distance.argmin(axis=1), range(len(known))):
         reason = (
             f"outer_corners: the clicks do not fit the {columns} x {rows} corners "
-            f"found; click the first corner, the other end of its row of {columns}, "
-            "and on clockwise"
+            "found; click the first corner, the other end of its row of "
+            f"{columns}, then clockwise"
         )
-        return refused(columns, rows, reason)
+        return rejected(columns, rows, reason)
     sd = None if detection.sd is None else detection.sd[order]
     return detection._replace(corners=corners, sd=sd)
 
@@ -314,9 +314,9 @@ def _line(board):
 
 def _read_detection(where, entry, image_set):
     if not isinstance(entry.get("found"), bool):
-        raise InputError(f"{where}.found: found no truth value; give true or false")
+        raise InputError(f"{where}.found: not a truth value; give true or false")
     if not entry["found"]:
-        return refused(None, None, one_line(entry.get("reason", "")) or "not found")
+        return rejected(None, None, one_line(entry.get("reason", "")) or "not found")
     target = image_set.target
     size = [
         _count(f"{where}.{key}", entry.get(key), expected)
@@ -327,8 +327,8 @@ def _read_detection(where, entry, image_set):
     stated = entry.get("missing", missing)
     if stated != missing or isinstance(stated, bool):
         raise InputError(
-            f"{where}.missing: found {shown(stated)}, but {missing} corners are null; "
-            "give their number, or leave it out"
+            f"{where}.missing: found {shown(stated)}, but {missing} corners are "
+            "null; give their number, or omit it"
         )
     beyond = (corners < -0.5) | (
         corners > [image_set.width - 0.5, image_set.height - 0.5]
@@ -342,8 +342,8 @@ def _read_detection(where, entry, image_set):
     if len(np.unique(corners[~np.isnan(corners[:, 0])], axis=0)) == 1:
         u, v = np.nanmin(corners, axis=0)
         raise InputError(
-            f"{where}.corners: found all of them at ({u:g}, {v:g}), where no board is "
-            "seen; give each corner its own place, or say found: false"
+            f"{where}.corners: found all of them at ({u:g}, {v:g}); give each "
+            "corner its own position, or found: false"
         )
     sd = sd_from_plain(f"{where}.sd", entry.get("sd"), len(corners))
     return Detection(True, corners, *size, sd=sd)
@@ -360,145 +360,155 @@ def _corners(where, points, count):
     number = len(points) if isinstance(points, list) else 0
     if number != count:
         raise InputError(
-            f"{where}: found {number} corners; give columns x rows = {count} of them"
+            f"{where}: found {number} corners; give columns x rows = {count}"
         )
     known = np.array([point is not None for point in points])
     if not known.any():
         raise InputError(
-            f"{where}: every corner is null; give those that were found, or say found: "
-            "false"
+            f"{where}: every corner is null; give those that were detected, or "
+            "found: false"
         )
     for index, point in enumerate(points):
         if point is not None and not _is_point(point):
             raise InputError(
-                f"{where}[{index}]: found {shown(point)}, no point; give [x, y], "
-                "finite numbers, or null for one that is missing"
+                f"{where}[{index}]: found {shown(point)}, not a point; give [x, "
+                "y] in finite numbers, or null if missing"
             )
-    there = np.array([point for point in points if point is not None], dtype=float)
+    known_points = np.array(
+        [point for point in points if point is not None], dtype=float
+    )
     corners = np.full((count, 2), np.nan)
-    corners[known] = there
+    corners[known] = known_points
     return corners
 
 
 def _is_point(point):
-    """Two numbers that a picture could have; a truth value or a text is none."""
+    """Whether a value is two numbers that may be pixels; not a bool or a text."""
     return (
         isinstance(point, list)
         and len(point) == 2
-        and all(type(x) in (int, float) and abs(x) < MOST_PX for x in point)
+        and all(type(x) in (int, float) and abs(x) < MAX_COORDINATE_PX for x in point)
     )
 
 
-# The size of a board that nobody gives, by a vote of the photographs of one set. A
-# photograph that shows complete boards votes for their sizes. What covers the end of
-# a board, or carries its pattern on, differs from photograph to photograph; the board
-# does not. With the size that wins, the other photographs are looked at again.
+# The size of a board that is not given, by a majority vote of the images of a set. An
+# image that shows complete boards votes for their sizes. Occluders of the board's end,
+# and patterns that continue it, vary between images; the board does not. Images without
+# a board of the elected size are searched again for that size.
 
 
-# Of all votes: with two thirds the board is seen twice as often as all else together.
-LEAST_SHARE = 2 / 3
-# Photographs that a line names.
-MOST_NAMED = 3
+# Of all votes: with two thirds the size is found twice as often as all others together.
+MIN_VOTE_FRACTION = 2 / 3
+# Number of images listed in a line.
+MAX_NAMED_IMAGES = 3
 
 
 class SizeVote(NamedTuple):
-    """How photographs voted. votes: {(columns, rows): labels of those that show such a
-    board}, the size that won first; photographs: how many there are; again: labels of
-    those that were looked at again with it, and found: of these, with a board then."""
+    """The vote on the size of a board.
+
+    votes: {(columns, rows): labels of images with such a board}, the elected size
+    first; image_count: number of images; retried: labels of images searched again for
+    the elected size; found: those of them in which it was then found.
+    """
 
     votes: dict
-    photographs: int
-    again: list
+    image_count: int
+    retried: list
     found: list
 
     @property
     def size(self):
-        """The size (columns, rows) that won."""
+        """The elected size (columns, rows)."""
         return next(iter(self.votes))
 
     def line(self):
-        """The vote, for people."""
+        """The vote as one line of text."""
         first, *others = self.votes.items()
         count = len(first[1])
         text = (
-            f"size not given: a board of {_size(first[0])} by {count} of "
-            f"{self.photographs} photographs"
+            f"size not given: {_size(first[0])} corners in {count} of "
+            f"{self.image_count} images"
         )
         for size, labels in others:
-            text += f", of {_size(size)} by {_named(labels)}"
-        if self.again:
+            text += f", {_size(size)} in {_named_images(labels)}"
+        if self.retried:
             text += (
-                f"; {len(self.again)} looked at again with it, "
-                f"{len(self.found)} of them found"
+                f"; {len(self.retried)} searched again, {len(self.found)} of them found"
             )
         return text
 
     def fields(self):
-        """The vote, for results."""
+        """The vote as result fields."""
         votes = [
             {"columns": size[0], "rows": size[1], "files": labels}
             for size, labels in self.votes.items()
         ]
-        again = {"looked_at_again": self.again, "found_then": self.found}
-        return {"photographs": self.photographs, "votes": votes} | again
+        retries = {"looked_at_again": self.retried, "found_then": self.found}
+        return {"photographs": self.image_count, "votes": votes} | retries
 
 
 def votes_of(boards):
-    """{(columns, rows): [labels]} of Boards, the size of most photographs first."""
+    """{(columns, rows): [labels]} of Boards, the most frequent size first."""
     votes = {}
     for board in boards:
-        seen = board.detection
-        sizes = {(seen.columns, seen.rows)} if seen.found else set(seen.complete)
+        detection = board.detection
+        sizes = (
+            {(detection.columns, detection.rows)}
+            if detection.found
+            else set(detection.complete)
+        )
         for size in sorted(sizes):
             votes.setdefault(size, []).append(board.view.label)
     return dict(sorted(votes.items(), key=lambda vote: -len(vote[1])))
 
 
-def agreed(image_set, boards, detector, say=None):
-    """(Boards of one size, SizeVote) of the Boards of a set whose target has none.
+def agree_on_size(image_set, boards, detector, say=None):
+    """Boards of one size, and the SizeVote, of a set whose target has no size.
 
-    Those without a board of the size that wins are looked at again. (boards, None)
-    where no photograph shows a complete board. Raises InputError where no size has two
-    thirds of the votes.
+    Images without a board of the elected size are searched again. (boards, None) where
+    no image shows a complete board. Raises InputError where no size has two thirds of
+    the votes.
     """
     votes = votes_of(boards)
     if not votes:
         return boards, None
     size, labels = next(iter(votes.items()))
-    if len(labels) < LEAST_SHARE * sum(map(len, votes.values())):
-        told = "; ".join(f"{_size(s)} in {_named(names)}" for s, names in votes.items())
+    if len(labels) < MIN_VOTE_FRACTION * sum(map(len, votes.values())):
+        size_texts = "; ".join(
+            f"{_size(s)} in {_named_images(names)}" for s, names in votes.items()
+        )
         raise InputError(
-            f"{image_set.description}: target.columns: found null, and the photographs "
-            f"do not agree on the board's size: {told}; give columns and rows, or make "
-            "a set for each board"
+            f"{image_set.description}: target.columns: found null, but the images "
+            f"show boards of different sizes ({size_texts}); give columns and "
+            "rows, or split the set"
         )
     target = replace(image_set.target, columns=size[0], rows=size[1])
-    others = [k for k, board in enumerate(boards) if not _shows(board, size)]
+    others = [k for k, board in enumerate(boards) if not _has_size(board, size)]
     views = [boards[k].view for k in others]
     if views and say:
-        say(f"{len(views)} photographs are looked at again for {_size(size)} corners")
+        say(f"{len(views)} images are searched again for {_size(size)} corners")
     sized = replace(image_set, target=target)
-    again = detect_boards(sized, detector, views, say) if views else []
+    repeated = detect_boards(sized, detector, views, say) if views else []
     boards = list(boards)
-    for k, board in zip(others, again, strict=True):
-        boards[k] = _explained(board, boards[k].detection, size, len(labels))
-    found = [board.view.label for board in again if board.detection.found]
+    for k, board in zip(others, repeated, strict=True):
+        boards[k] = _explain_rejection(board, boards[k].detection, size, len(labels))
+    found = [board.view.label for board in repeated if board.detection.found]
     names = [view.label for view in views]
     return boards, SizeVote(votes, len(boards), names, found)
 
 
-def _shows(board, size):
-    seen = board.detection
-    return seen.found and (seen.columns, seen.rows) == size
+def _has_size(board, size):
+    detection = board.detection
+    return detection.found and (detection.columns, detection.rows) == size
 
 
-def _explained(board, before, size, count):
-    """The Board of a second look; of a refused one, why another size was not taken."""
+def _explain_rejection(board, before, size, count):
+    """The Board of a second search; if rejected, with the size found before."""
     if board.detection.found or not before.found:
         return board
     reason = (
-        f"it shows {_size((before.columns, before.rows))} corners, where {count} other "
-        f"photographs show {_size(size)}: {board.detection.reason}"
+        f"it shows {_size((before.columns, before.rows))} corners, but {count} "
+        f"other images show {_size(size)}: {board.detection.reason}"
     )
     return board._replace(detection=board.detection._replace(reason=reason))
 
@@ -507,7 +517,9 @@ def _size(size):
     return f"{size[0]} x {size[1]}"
 
 
-def _named(labels):
-    more = len(labels) - MOST_NAMED
-    names = ", ".join(labels[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+def _named_images(labels):
+    more = len(labels) - MAX_NAMED_IMAGES
+    names = ", ".join(labels[:MAX_NAMED_IMAGES]) + (
+        f" and {more} more" if more > 0 else ""
+    )
     return f"{len(labels)} ({names})"

@@ -1,4 +1,4 @@
-"""The interface of every chessboard detector, and what all their answers go through."""
+"""The interface of every chessboard detector, and the verification of their results."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from raxel.errors import InputError
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
 from raxel.features.localise.subpix import opencv_subpix
 
-# Grey levels as a camera stores them, and the light that they stand for.
+# The sRGB tone curve.
 
 
-START, SLOPE = 0.04045, 12.92
-OFFSET, POWER = 0.055, 2.4
+SRGB_LINEAR_END, SRGB_LINEAR_SLOPE = 0.04045, 12.92
+SRGB_OFFSET, SRGB_POWER = 0.055, 2.4
 
 
 def undo_srgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -43,12 +43,14 @@ def undo_srgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """
     grey = np.arange(256) / 255
     light = np.where(
-        grey <= START, grey / SLOPE, ((grey + OFFSET) / (1 + OFFSET)) ** POWER
+        grey <= SRGB_LINEAR_END,
+        grey / SRGB_LINEAR_SLOPE,
+        ((grey + SRGB_OFFSET) / (1 + SRGB_OFFSET)) ** SRGB_POWER,
     )
     return np.rint(255 * light).astype(np.uint8)[image]
 
 
-SPAN_FOR_8_BIT = (0.1, 99.9)
+STRETCH_PERCENTILES = (0.1, 99.9)
 
 
 class Partial(NamedTuple):
@@ -86,7 +88,7 @@ class Detection(NamedTuple):
         (rows * columns,) px: predicted standard deviation of each corner, by the rule
         of `raxel.sets.model`. None where a detector gives none.
     partial : Partial or None
-        The ordered part of a rejected board; None where there is none.
+        The ordered part of a rejected board, or None.
     complete : tuple
         Sizes (columns, rows) of the detected boards, where several are a reason to
         reject.
@@ -107,20 +109,22 @@ class Detection(NamedTuple):
         return int(np.count_nonzero(np.isnan(self.corners[:, 0])))
 
 
-def refused(columns, rows, reason):
-    """The answer of a detector that has no board to show."""
+def rejected(columns, rows, reason):
+    """The Detection of a detector that found no board."""
     return Detection(False, np.empty((0, 2)), columns, rows, reason)
 
 
 def verified(corners, columns, rows, image):
-    """A Detection of these corners, refused where they are no chessboard lattice.
+    """A Detection of these corners, rejected where they are not a chessboard lattice.
 
     `corners` (rows * columns, 2) in any order that is row by row.
     """
     corners = np.asarray(corners, dtype=float).reshape(-1, 2)
     fault = lattice_fault(corners, columns, rows, image)
     if fault:
-        return refused(columns, rows, f"what was found is no lattice: {fault}")
+        return rejected(
+            columns, rows, f"the detected corners are not a lattice: {fault}"
+        )
     order = standard_order(corners, columns, rows, image)
     return Detection(True, corners[order], columns, rows)
 
@@ -152,26 +156,27 @@ def as_8_bit(image: np.ndarray) -> NDArray[np.uint8]:
     """
     if image.ndim != 2:
         raise InputError(
-            f"image: found an array of shape {image.shape}; give grey, (height, width)"
+            f"image: found an array of shape {image.shape}; give grey levels "
+            "(height, width)"
         )
     if image.dtype == np.uint8:
         return image
-    low, high = np.percentile(image, SPAN_FOR_8_BIT)
+    low, high = np.percentile(image, STRETCH_PERCENTILES)
     stretched = (image - low) * (255 / max(high - low, 1))
     return np.clip(np.rint(stretched), 0, 255).astype(np.uint8)
 
 
-# OpenCV's two chessboard detectors, brought to sub-pixel by one refinement. Both are
-# refined by cornerSubPix, also the sector-based one with its own sub-pixel step: on
-# drawn boards of 640 x 480 px with bend and noise its largest errors are 0.3 to 1 px
-# without and 0.1 to 0.3 px with refinement, its medians fall by a quarter to a half.
+# OpenCV's two chessboard detectors, refined by cornerSubPix. This includes the
+# sector-based one with its own sub-pixel step. On rendered boards of 640 x 480 px with
+# bend and noise its largest errors are 0.3 to 1 px without and 0.1 to 0.3 px with
+# refinement; its medians fall by a quarter to a half.
 
 
-WINDOW_IN_STEPS = 0.35
-SMALLEST_WINDOW, LARGEST_WINDOW = 2, 8
-STILL_PX = 1e-3
-RESTART_MISFIT, RESTARTS = 0.12, 3
-LEAST_COUNT = 3
+HALF_WINDOW_STEPS = 0.35
+MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX = 2, 8
+STEP_TOL_PX = 1e-3
+RESTART_MISFIT_STEPS, MAX_RESTARTS = 0.12, 3
+MIN_N_CORNERS = 3
 # cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 PLAIN_FLAGS = 1 | 2
 # cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
@@ -259,7 +264,7 @@ def find_opencv(image: np.ndarray, columns: int | None, rows: int | None) -> Det
     Returns
     -------
     Detection
-        The board, or the reason why there is none.
+        The board, or the reason for its rejection.
 
     Examples
     --------
@@ -273,8 +278,8 @@ def find_opencv(image: np.ndarray, columns: int | None, rows: int | None) -> Det
     (True, (20, 2), 0)
     """
     if columns is None or rows is None:
-        reason = "this detector needs target.columns and target.rows; try opencv-sb"
-        return refused(columns, rows, reason)
+        reason = "this detector requires target.columns and target.rows; use opencv-sb"
+        return rejected(columns, rows, reason)
     corners = chessboard_corners(image, columns, rows)
     return _refined_and_verified(corners, columns, rows, image)
 
@@ -297,7 +302,7 @@ def find_opencv_sb(
     Returns
     -------
     Detection
-        The board, or the reason why there is none.
+        The board, or the reason for its rejection.
     """
     if columns is None or rows is None:
         return _largest_board(image)
@@ -310,10 +315,10 @@ def _largest_board(image):
 
     flags = SECTOR_FLAGS | cv2.CALIB_CB_LARGER
     found, corners, marks = cv2.findChessboardCornersSBWithMeta(
-        as_8_bit(image), (LEAST_COUNT, LEAST_COUNT), flags=flags
+        as_8_bit(image), (MIN_N_CORNERS, MIN_N_CORNERS), flags=flags
     )
     if not found:
-        return refused(None, None, "OpenCV found no board of any size")
+        return rejected(None, None, "OpenCV found no board of any size")
     rows, columns = marks.shape[:2]
     lattice = np.asarray(corners, float).reshape(rows, columns, 2)
     if rows > columns:
@@ -324,7 +329,7 @@ def _largest_board(image):
 
 def _refined_and_verified(corners, columns, rows, image):
     if corners is None or not np.isfinite(corners).all():
-        return refused(columns, rows, NOT_FOUND.format(columns, rows))
+        return rejected(columns, rows, NOT_FOUND.format(columns, rows))
     return verified(refine(image, corners, columns, rows), columns, rows, image)
 
 
@@ -353,27 +358,31 @@ def refine(
         (rows * columns, 2) pixels (u, v).
     """
     corners = _at_saddles(image, corners, spacing(corners, columns, rows))
-    for _ in range(RESTARTS):
-        off, prediction = misfit(corners, columns, rows)
-        again = off > RESTART_MISFIT
-        if not again.any():
+    for _ in range(MAX_RESTARTS):
+        error, prediction = misfit(corners, columns, rows)
+        restarted = error > RESTART_MISFIT_STEPS
+        if not restarted.any():
             break
-        trial = np.where(again[:, None], prediction, corners)
+        trial = np.where(restarted[:, None], prediction, corners)
         trial = _at_saddles(image, trial, spacing(corners, columns, rows))
-        better = again & (misfit(trial, columns, rows)[0] < off)
+        better = restarted & (misfit(trial, columns, rows)[0] < error)
         corners = np.where(better[:, None], trial, corners)
     return corners
 
 
 def _at_saddles(image, corners, steps):
-    """cornerSubPix, in groups of corners that share a window."""
+    """cornerSubPix, in groups of corners that share a window size."""
     grey = image if image.dtype == np.uint8 else image.astype(np.float32)
     height, width = image.shape
     inside = np.all((corners >= 0) & (corners <= (width - 1, height - 1)), axis=1)
-    half = np.clip(WINDOW_IN_STEPS * steps, SMALLEST_WINDOW, LARGEST_WINDOW).astype(int)
+    half = np.clip(
+        HALF_WINDOW_STEPS * steps, MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX
+    ).astype(int)
     moved = corners.copy()
     for window in np.unique(half[inside]):
         group = inside & (half == window)
-        at = opencv_subpix(grey, corners[group], int(window), termination_px=STILL_PX)
+        at = opencv_subpix(
+            grey, corners[group], int(window), termination_px=STEP_TOL_PX
+        )
         moved[group] = at
     return moved

@@ -14,13 +14,16 @@ from raxel.io.files import read_json
 from raxel.sets.model import View
 
 SUMMARY = "decoded.json"
-FARTHEST = 1e6  # mm or px, of points and their deviations
+MAX_LENGTH = 1e6  # mm or px, of points and their deviations
 
 
-class SeenGrid(NamedTuple):
-    """What the pixels of one view see: location, sigma and mask as `decode` gives them;
-    None where there is nothing, for `reason`. Read from a file, sigma and mask may be
-    None. warnings: lines on what the view suffers from."""
+class DecodedGrid(NamedTuple):
+    """The decoded points of one view: location, sigma and mask, as `decode` returns
+    them.
+
+    All None where the view was rejected, for `reason`. Read from a file, sigma and mask
+    may be None. warnings: lines on problems of the view.
+    """
 
     view: View
     location: np.ndarray | None = None
@@ -31,10 +34,10 @@ class SeenGrid(NamedTuple):
 
 
 def decode_grids(image_set, views, say=None):
-    """Yield a SeenGrid for each view; say: a callable told one line per view.
+    """Yield a DecodedGrid for each view; say: called with one line per view.
 
-    A view whose pictures contradict each other counts as not seen, with that reason.
-    Raises InputError as `raxel.features.active_grid.view.decode_view` does.
+    A view with inconsistent images is rejected, with that reason. Raises InputError as
+    `raxel.features.active_grid.view.decode_view` does.
     """
     check_active_grid(image_set)
     for number, view in enumerate(views, 1):
@@ -43,10 +46,10 @@ def decode_grids(image_set, views, say=None):
             share = 0.0 if reason else 100 * np.mean(found.mask)
             say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
         if reason:
-            yield SeenGrid(view, reason=reason)
+            yield DecodedGrid(view, reason=reason)
         else:
-            seen = found.location, found.sigma, found.mask
-            yield SeenGrid(view, *seen, warnings=warnings)
+            arrays = found.location, found.sigma, found.mask
+            yield DecodedGrid(view, *arrays, warnings=warnings)
 
 
 def write_points(path, decoded):
@@ -63,23 +66,23 @@ def write_points(path, decoded):
 
 
 def read_grids(folder, image_set, views=None):
-    """Yield a SeenGrid for each view from the files that `raxel decode` wrote.
+    """Yield a DecodedGrid for each view from the files that `raxel decode` wrote.
 
-    A view without a file counts as not decoded, with that reason. Raises InputError
-    (file, field, found, what to do) for what is no decoded view of this set.
+    A view without a file counts as not decoded, with that reason. Raises InputError for
+    files that are not a decoded view of this set.
     """
     check_active_grid(image_set)
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; give one that raxel decode wrote")
+        raise InputError(f"{folder}: no such folder; give one written by raxel decode")
     summary = folder / SUMMARY
     if summary.exists():
         data = read_json(summary)
         name = data.get("set") if isinstance(data, dict) else None
         if name != image_set.name:
             raise InputError(
-                f"{summary}: set: found {shown(name)}, the set is {image_set.name!r}; "
-                "give the points of this set"
+                f"{summary}: set: found {shown(name)}, expected "
+                f"{image_set.name!r}; give the points of this set"
             )
     unit = "mm" if image_set.target.monitor_mm else "px"
     shape = image_set.height, image_set.width, 2
@@ -88,19 +91,20 @@ def read_grids(folder, image_set, views=None):
         if path.exists():
             yield _read(path, view, unit, shape)
         else:
-            yield SeenGrid(view, reason=f"{folder} has no file for it")
+            yield DecodedGrid(view, reason=f"{folder} has no file for it")
 
 
-def holds_points(path):
-    """Whether an .npz file is one of a decoded view. Raises InputError if it is none of
-    arrays."""
+def has_points(path):
+    """Whether an .npz file is a decoded view. Raises InputError for other files."""
     with Archive(path, "camera file or file of points") as archive:
         return archive.has("points_mm") or archive.has("points_px")
 
 
 def read_grid(path, shape):
-    """(location, sigma, mask) of such a file; shape: (height, width, 2). sigma and mask
-    None where it has none."""
+    """Read (location, sigma, mask) from such a file; shape: (height, width, 2).
+
+    sigma and mask are None where the file has none.
+    """
     with Archive(path, "file of points") as archive:
         unit = "mm" if archive.has("points_mm") else "px"
     return _read(path, None, unit, shape)[1:4]
@@ -114,7 +118,7 @@ def _read(path, view, unit, shape):
             sigma = _lengths(path, archive, f"sigma_{unit}", shape)
         if archive.has("mask"):
             mask = _array(path, archive, "mask", shape[:2], "b", "truth values")
-    return SeenGrid(view, points, sigma, mask)
+    return DecodedGrid(view, points, sigma, mask)
 
 
 def _numbers(path, archive, name, shape):
@@ -125,10 +129,10 @@ def _lengths(path, archive, name, shape):
     """Numbers that may be lengths on a monitor."""
     values = _numbers(path, archive, name, shape)
     values = values.astype(np.result_type(values, np.float32))  # halves end below
-    beyond = np.abs(values) > FARTHEST  # NaN is not
+    beyond = np.abs(values) > MAX_LENGTH  # NaN is not
     if beyond.any():
         raise InputError(
-            f"{path}: {name}: found {values[beyond][0]:g}; no monitor is so large: "
+            f"{path}: {name}: found {values[beyond][0]:g}, more than any monitor; "
             "decode the view again"
         )
     return values
@@ -137,7 +141,7 @@ def _lengths(path, archive, name, shape):
 def _array(path, archive, name, shape, kinds, what):
     found = archive.shape(name)
     if found != shape:
-        raise InputError(f"{path}: {name}: shape {found}; give {shape}")
+        raise InputError(f"{path}: {name}: found shape {found}; give {shape}")
     values = archive.array(name, math.prod(shape))
     if values.dtype.kind not in kinds:
         raise InputError(f"{path}: {name}: found {values.dtype}; give {what}")

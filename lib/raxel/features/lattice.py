@@ -1,16 +1,16 @@
-"""The lattice of a chessboard's corners: its symmetries, its order, its faults.
+"""The lattice of a chessboard's corners: symmetries, order and validity.
 
 A lattice is (rows * columns, 2) pixels (u, v), row by row, NaN for a missing corner. In
 the image, x along the columns turns clockwise into y along the rows (v points down),
-for every camera: where a mirror shows the board reversed, the lattice is the board seen
-from behind, which is a rigid motion of it.
+for every camera. Where a mirror shows the board reversed, the lattice is the board
+viewed from behind, which is a rigid motion of it.
 """
 
 import numpy as np
 
-LARGEST_MISFIT = 0.3
-LEAST_ALTERNATING = 0.9
-LEAST_STEP_PX = 1.0
+MAX_MISFIT_STEPS = 0.3
+MIN_ALTERNATING_FRACTION = 0.9
+MIN_STEP_PX = 1.0
 
 
 def symmetries(corners, columns, rows):
@@ -25,21 +25,21 @@ def symmetries(corners, columns, rows):
 
 
 def orders(columns, rows):
-    """The eight orders: yields (index (rows * columns,), (columns, rows))."""
+    """Yield the eight orders: (index (rows * columns,), (columns, rows))."""
     lattice = np.arange(rows * columns).reshape(rows, columns)
-    for turned in (lattice, lattice.T):
+    for oriented in (lattice, lattice.T):
         for down in (1, -1):
             for right in (1, -1):
-                order = turned[::down, ::right]
+                order = oriented[::down, ::right]
                 yield order.ravel(), order.shape[::-1]
 
 
 def standard_order(corners, columns, rows, image):
-    """Index (rows * columns,) of a lattice's corners with first corner and turn fixed.
+    """Index (rows * columns,) of a lattice's corners in the standard order.
 
-    x turns clockwise into y. Of the orders that are left, those come first whose first
-    cell is bright (a board with columns + rows odd has one such order, others two),
-    then the one whose x points most to the right. `image` is (height, width) grey.
+    x turns clockwise into y. Of the remaining orders, those with a bright first cell
+    are preferred (a board with columns + rows odd has one such order, others two), then
+    the one whose x points most to the right. `image` is (height, width) grey.
     """
     fitting = [
         order
@@ -50,27 +50,27 @@ def standard_order(corners, columns, rows, image):
 
 
 def order_of_clicks(corners, columns, rows, outer_corners):
-    """Index of the order whose outermost corners lie nearest to four clicked points.
+    """Index of the order whose outermost corners are nearest to four clicked points.
 
-    `outer_corners` (4, 2): the clicks, clockwise from the first corner. An outermost
-    corner that is missing says nothing.
+    `outer_corners` (4, 2): the clicks, clockwise from the first corner. A missing
+    outermost corner is ignored.
     """
     outermost = [0, columns - 1, columns * rows - 1, columns * (rows - 1)]
     wanted = columns, rows
     fitting = [order for order, size in orders(columns, rows) if size == wanted]
 
-    def off(order):
+    def squared_distance(order):
         return np.nansum((corners[order][outermost] - outer_corners) ** 2)
 
-    return min(fitting, key=off)
+    return min(fitting, key=squared_distance)
 
 
 def lattice_fault(corners, columns, rows, image):
-    """Why these corners are no chessboard lattice in `image`, or '' if they are one.
+    """Why these corners are not a chessboard lattice in `image`, or ''.
 
-    Checked: finite or missing, inside the image, distinct, every cell convex and turned
-    the same way, every corner in line with its neighbours, dark and bright cells in
-    turn. A missing corner says nothing, nor do the cells about it.
+    Tests: finite or missing, inside the image, distinct, every cell convex and of the
+    same orientation, every corner in line with its neighbours, dark and bright cells
+    alternating. Missing corners and the cells around them are not tested.
     """
     height, width = image.shape
     missing = np.isnan(corners).all(axis=1)
@@ -79,29 +79,29 @@ def lattice_fault(corners, columns, rows, image):
     if missing.all():
         return "every corner is missing"
     if (corners < -0.5).any() or (corners > (width - 0.5, height - 0.5)).any():
-        return "a corner lies outside the image"
-    if spacing(corners, columns, rows).min() < LEAST_STEP_PX:
-        return "two corners lie less than a pixel apart"
+        return "a corner is outside the image"
+    if spacing(corners, columns, rows).min() < MIN_STEP_PX:
+        return "two corners are less than a pixel apart"
     lattice = corners.reshape(rows, columns, 2)
     turns = _cell_turns(lattice)
     turns = turns[np.isfinite(turns)]
     if not (np.all(turns > 0) or np.all(turns < 0)):
-        return "a cell is folded or turned against the others"
-    if np.nanmax(misfit(corners, columns, rows)[0], initial=0) > LARGEST_MISFIT:
+        return "a cell is folded or reversed relative to the others"
+    if np.nanmax(misfit(corners, columns, rows)[0], initial=0) > MAX_MISFIT_STEPS:
         return "a corner is out of line with its neighbours"
     contrast = _contrast(lattice, image)
     signs = np.sign(contrast[np.isfinite(contrast)])
     if not len(signs):
         return "no cell has all its corners"
-    if max((signs > 0).mean(), (signs < 0).mean()) < LEAST_ALTERNATING:
-        return "cells are not dark and bright in turn"
+    if max((signs > 0).mean(), (signs < 0).mean()) < MIN_ALTERNATING_FRACTION:
+        return "cells are not alternately dark and bright"
     return ""
 
 
 def spacing(corners, columns, rows):
     """Distance in px from each corner to its nearest neighbour, (rows * columns,).
 
-    Infinite where there is none.
+    Infinite without a neighbour.
     """
     lattice = corners.reshape(rows, columns, 2)
     along = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
@@ -118,13 +118,13 @@ def spacing(corners, columns, rows):
 
 
 def misfit(corners, columns, rows):
-    """How far each corner is from where its neighbours in line would put it.
+    """Deviation of each corner from the prediction of its neighbours in line.
 
     Returns (misfit (rows * columns,), prediction (rows * columns, 2)). The prediction
-    is the cubic through the four nearest others of the same row, or of the same
-    column, whichever agrees better (a bad neighbour spoils one of them only). The
-    misfit is the distance to it in steps of that line; NaN where corners are missing
-    in either: the other alone may bend too much for a cubic.
+    is the cubic through the four nearest others of the same row or column, whichever
+    agrees better, since a wrong neighbour affects one of them only. The misfit is the
+    distance to it in steps of that line. It is NaN where corners are missing in either
+    line, since the other alone may be too curved for a cubic.
     """
     lattice = corners.reshape(rows, columns, 2)
     along = _line_misfit(lattice)
@@ -146,8 +146,8 @@ def _line_misfit(lattice):
         np.pad(steps, ((0, 0), (1, 0)), "edge")
         + np.pad(steps, ((0, 0), (0, 1)), "edge")
     ) / 2
-    apart = np.linalg.norm(prediction - lattice, axis=2)
-    return apart / np.maximum(local, LEAST_STEP_PX), prediction
+    distance = np.linalg.norm(prediction - lattice, axis=2)
+    return distance / np.maximum(local, MIN_STEP_PX), prediction
 
 
 def _leave_one_out(count):
@@ -183,7 +183,7 @@ def _rank(corners, columns, rows, image):
 
 
 def _contrast(lattice, image):
-    """Each cell's grey against its edge neighbours, times the first cell's sign.
+    """Contrast of each cell to its edge neighbours, times the first cell's sign.
 
     (rows - 1, columns - 1); positive throughout where the first cell is bright.
     """
@@ -197,7 +197,7 @@ def _contrast(lattice, image):
 
 
 def _cell_grey(lattice, image):
-    """Mean of 3 x 3 px around the middle of each cell, (rows - 1, columns - 1).
+    """Mean of 3 x 3 px around the centre of each cell, (rows - 1, columns - 1).
 
     NaN for a cell that lacks a corner.
     """

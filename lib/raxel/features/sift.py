@@ -1,7 +1,7 @@
-"""Places in two pictures that look alike: SIFT features, matched by the ratio test.
+"""Point correspondences of two images: SIFT features, matched by the ratio test.
 
-A match counts where its descriptor is clearly nearer than the second nearest, and both
-ways round. What still is wrong has to be told by geometry; see `raxel.multiview`.
+A match is accepted where its descriptor is clearly nearer than the second nearest, in
+both directions. Remaining outliers are rejected by geometry; see `raxel.multiview`.
 Source: Lowe 2004, doi:10.1023/B:VISI.0000029664.99615.94; features by OpenCV.
 """
 
@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from raxel.errors import InputError
 
-RATIO = 0.75  # of the distances of the nearest and the second nearest descriptor
-# Matches in one square of twice this side, in both pictures, are one.
-APART_PX = 0.5
+MAX_DISTANCE_RATIO = (
+    0.75  # of the distances of the nearest and the second nearest descriptor
+)
+# Matches in one square of twice this side, in both images, are one.
+MATCH_CELL_PX = 0.5
 
 
 class FeatureMatches(NamedTuple):
@@ -39,7 +41,11 @@ class FeatureMatches(NamedTuple):
 
 
 def match_features(
-    first: ArrayLike, second: ArrayLike, *, ratio: float = RATIO, fewest: int = 8
+    first: ArrayLike,
+    second: ArrayLike,
+    *,
+    ratio: float = MAX_DISTANCE_RATIO,
+    min_matches: int = 8,
 ) -> FeatureMatches:
     """Match SIFT features of two grey images by the ratio test, in both directions.
 
@@ -49,7 +55,7 @@ def match_features(
         (h, w) grey levels, uint8.
     ratio : float
         Ratio of the distances, in (0, 1), below which a match counts.
-    fewest : int
+    min_matches : int
         Minimum number of matches, 1 or more.
 
     Returns
@@ -60,8 +66,8 @@ def match_features(
     Raises
     ------
     InputError
-        `bad-input` for images of another shape or type, for `ratio` or `fewest` out of
-        range, and for fewer than `fewest` matches.
+        `bad-input` for images of another shape or type, for `ratio` or `min_matches`
+        out of range, and for fewer than `min_matches` matches.
 
     References
     ----------
@@ -69,38 +75,38 @@ def match_features(
     """
     import cv2
 
-    if not 0 < ratio < 1 or not fewest >= 1:
+    if not 0 < ratio < 1 or not min_matches >= 1:
         raise InputError(
-            f"features: found ratio {ratio} and fewest {fewest}; give a ratio between "
-            "0 and 1, and 1 match or more"
+            f"features: found ratio {ratio} and min_matches {min_matches}; give a "
+            "ratio between 0 and 1, and at least 1 match"
         )
     found = [_features(first, "first"), _features(second, "second")]
-    places, descriptors = zip(*found, strict=True)
-    counts = tuple(map(len, places))
+    positions, descriptors = zip(*found, strict=True)
+    counts = tuple(map(len, positions))
     pairs, shares = np.empty((0, 2), int), np.empty(0)
     if min(counts) > 1:
-        there, back = (
+        forward, backward = (
             _nearest(cv2.BFMatcher(), *order)
             for order in (descriptors, descriptors[::-1])
         )
         at = np.arange(counts[0])
-        both = (there.share < ratio) & (back.index[there.index] == at)
-        pairs = np.column_stack([at, there.index])[both]
-        shares = there.share[both]
+        both = (forward.share < ratio) & (backward.nearest[forward.nearest] == at)
+        pairs = np.column_stack([at, forward.nearest])[both]
+        shares = forward.share[both]
     order = np.argsort(shares, kind="stable")
-    pixels = np.stack([p[i] for p, i in zip(places, pairs[order].T, strict=True)])
-    single = _single(pixels)
-    if np.count_nonzero(single) < fewest:
+    pixels = np.stack([p[i] for p, i in zip(positions, pairs[order].T, strict=True)])
+    single = _distinct_matches(pixels)
+    if np.count_nonzero(single) < min_matches:
         raise InputError(
             f"features: {np.count_nonzero(single)} matches of {counts[0]} and "
-            f"{counts[1]} features, {fewest} are needed; give pictures with more "
-            "texture, or nearer to each other"
+            f"{counts[1]} features, {min_matches} required; use images with more "
+            "texture or closer viewpoints"
         )
     return FeatureMatches(pixels[:, single], shares[order][single], counts)
 
 
 class _Neighbours(NamedTuple):
-    index: np.ndarray  # type: ignore[assignment]
+    nearest: np.ndarray
     share: np.ndarray
 
 
@@ -110,27 +116,27 @@ def _features(image, name):
     image = np.asarray(image)
     if image.ndim != 2 or image.dtype != np.uint8 or image.size == 0:
         raise InputError(
-            f"features: the {name} picture is {image.shape} {image.dtype}; give a grey "
-            "one (h, w) uint8"
+            f"features: {name} image: found {image.shape} {image.dtype}; give "
+            "grey levels (h, w), uint8"
         )
-    # Without a precise upscale all places are a quarter of a pixel to the lower right.
+    # Without a precise upscale all positions are a quarter of a pixel to the lower
+    # right.
     sift = cv2.SIFT_create(enable_precise_upscale=True)
     points, descriptors = sift.detectAndCompute(image, None)
     return np.array([p.pt for p in points]).reshape(-1, 2), descriptors
 
 
 def _nearest(matcher, query, train):
-    """The nearest of `train` to each of `query`, and by which share nearer than the
-    second."""
+    """The nearest of `train` to each of `query`, and its ratio to the second."""
     pairs = matcher.knnMatch(query, train, k=2)
     index = np.array([best.trainIdx for best, _ in pairs])
     far = np.array([[best.distance, second.distance] for best, second in pairs])
     return _Neighbours(index, far[:, 0] / np.maximum(far[:, 1], 1e-12))
 
 
-def _single(pixels):
-    """Which matches (2, n, 2) do not share squares with a more certain one, (n,)."""
-    cells = np.rint(pixels.transpose(1, 0, 2).reshape(-1, 4) / (2 * APART_PX))
+def _distinct_matches(pixels):
+    """Which matches (2, n, 2) do not share cells with a more certain one, (n,)."""
+    cells = np.rint(pixels.transpose(1, 0, 2).reshape(-1, 4) / (2 * MATCH_CELL_PX))
     first = np.unique(cells, axis=0, return_index=True)[1]
     single = np.zeros(len(cells), bool)
     single[first] = True

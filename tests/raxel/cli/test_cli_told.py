@@ -21,7 +21,7 @@ from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, SizeVote, write_boards
-from raxel.features.detector import Detection, Partial, refused
+from raxel.features.detector import Detection, Partial, rejected
 from raxel.sets import load_set
 from raxel.sets.model import BOARDS, View
 from raxel.show.cameras import _posed_scene
@@ -105,7 +105,7 @@ def test_corners_are_counted_and_stand_as_they_were_found(tmp_path):
     corners[[2, 7]] = NAN
     sd = np.arange(12) / 100 + 0.01
     partial = Partial(np.array([[5.0, 6.0]]), np.array([[1, 2]]))
-    no = refused(4, 3, "why")._replace(partial=partial)
+    no = rejected(4, 3, "why")._replace(partial=partial)
     boards = [
         Board(View(image="a.png"), Detection(True, corners, 4, 3, sd=sd), 12.5),
         Board(View(image="b.png"), no, 7.5),
@@ -206,8 +206,8 @@ def test_the_line_of_a_score_gives_each_number_its_unit():
 def test_the_vote_for_a_size_is_told_with_its_counts():
     votes = {(9, 6): ["a", "b", "c"], (8, 5): ["d"]}
     assert SizeVote(votes, 6, ["d", "e"], ["e"]).line() == (
-        "size not given: a board of 9 x 6 by 3 of 6 photographs, of 8 x 5 by 1 (d); 2 "
-        "looked at again with it, 1 of them found"
+        "size not given: 9 x 6 corners in 3 of 6 images, 8 x 5 in 1 (d); 2 searched "
+        "again, 1 of them found"
     )
 
 

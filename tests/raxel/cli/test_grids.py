@@ -182,7 +182,9 @@ def test_check_doubts_pixels_that_are_not_square(copied, capsys):
 def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
     image_set, points = copied
     order = "calibrate", image_set, "--out", tmp_path / "camera.npz", "--points"
-    assert "no such folder; give one that" in refused(capsys, *order, tmp_path / "no")
+    assert "no such folder; give one written" in refused(
+        capsys, *order, tmp_path / "no"
+    )
     told = refused(
         capsys, *order[:2], "--out", points / "pose-000.npz", *order[4:], points
     )
@@ -195,7 +197,11 @@ def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
         arrays = dict(found)
     for name, wrong, said in (
         ("mask", np.ones((240, 320)), "mask: found float64; give truth values"),
-        ("sigma_mm", np.ones((240, 320)), "sigma_mm: shape (240, 320); give (240, 320"),
+        (
+            "sigma_mm",
+            np.ones((240, 320)),
+            "sigma_mm: found shape (240, 320); give (240, 320",
+        ),
     ):
         np.savez(points / "pose-000.npz", **{**arrays, name: wrong})
         assert f"pose-000.npz: {said}" in refused(capsys, *order)
@@ -261,8 +267,8 @@ def test_a_file_of_points_from_elsewhere_lays_nothing_out(tmp_path, capsys):
     path = tmp_path / "points.npz"
     order = "undistort", path, folder, "--out", tmp_path / "out"
     for points, told in (
-        (np.zeros((9, 9, 2)), "points_mm: shape (9, 9, 2); give (120, 160, 2)"),
-        (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09; no monitor is so large"),
+        (np.zeros((9, 9, 2)), "points_mm: found shape (9, 9, 2); give (120, 160, 2)"),
+        (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09, more than any monitor"),
         (np.zeros((120, 160, 2)), "no two neighbouring pixels see different positions"),
         (-np.indices((120, 160)).T.swapaxes(0, 1), "all points are left of"),
     ):

@@ -87,7 +87,7 @@ def test_four_clicks_in_one_photograph_are_enough_for_celect(monkeypatch):
         description="set.yaml", target=SimpleNamespace(columns=9, rows=7)
     )
     options = SimpleNamespace(detector="celect")
-    for name in ("check_chessboard", "markers_beside"):
+    for name in ("check_chessboard", "marker_warning"):
         monkeypatch.setattr(boards, name, lambda *given: None)
     monkeypatch.setattr(boards, "detect_boards", lambda *given: "found")
     clicked, bare = (SimpleNamespace(outer_corners=four) for four in ([1], None))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.evaluation.cross_validation import corner_errors, is_right
-from raxel.features.detector import Detection, refused
+from raxel.features.detector import Detection, rejected
 from raxel.sets import Chessboard, ReferenceCorners
 from raxel.sets.reference import load_reference
 
@@ -70,7 +70,7 @@ def test_one_corner_far_off_makes_the_board_wrong():
 
 def test_what_is_not_there_or_of_another_size_has_no_errors_and_is_wrong():
     smaller = detected(CORNERS[:-COLUMNS], COLUMNS, ROWS - 1)
-    for detection in (smaller, refused(None, None, "nothing there")):
+    for detection in (smaller, rejected(None, None, "nothing there")):
         errors = corner_errors(detection, reference())
         assert errors is None
         assert not is_right(errors, reference())

@@ -1,4 +1,4 @@
-"""Any file is read or refused: InputError in one line that names it, nothing else."""
+"""Any file is read or rejected with a one-line InputError that names it."""
 
 import io
 import json
@@ -41,7 +41,7 @@ def saved(camera):
 
 
 def found_boards():
-    """What `raxel corners --json` writes of four boards."""
+    """The output of `raxel corners --json` for four boards."""
     one = {"found": True, "columns": COLUMNS, "rows": ROWS, "milliseconds": 3.0}
     one |= {"sd": [0.1] * (COLUMNS * ROWS), "partial": None, "reason": ""}
     images = [
@@ -108,7 +108,7 @@ READERS = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A mirror set, beside the files of an image set."""
+    """A mirror set, next to the files of an image set."""
     folder = tmp_path_factory.mktemp("whole")
     write_mirror_set(folder)
     image = cv2.imencode(".png", PIXELS)[1].tobytes()
@@ -149,7 +149,7 @@ VALUES = st.recursive(
 
 @st.composite
 def changed(draw, sample):
-    """Plain data with one value changed, or taken out."""
+    """Plain data with one value changed or removed."""
     *path, key = draw(st.sampled_from(list(places(sample))[1:]))
     data = deepcopy(sample)
     parent = data
@@ -164,7 +164,7 @@ def changed(draw, sample):
 
 @st.composite
 def damaged(draw, content):
-    """Bytes of which a part is other bytes, or missing."""
+    """Bytes of which a part is replaced or missing."""
     start = draw(st.integers(0, len(content)))
     end = draw(st.integers(start, min(len(content), start + 400)) | st.just(start))
     return content[:start] + draw(st.binary(max_size=40)) + content[end:]
@@ -178,7 +178,7 @@ def damaged(draw, content):
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(data=st.data())
-def test_a_file_is_read_or_refused_in_one_line(name, folder, data):
+def test_damaged_file_is_read_or_rejected_in_one_line(name, folder, data):
     samples, read = READERS[name]
     sample = data.draw(st.sampled_from(samples()))
     if not isinstance(sample, bytes) and data.draw(st.booleans()):
@@ -199,7 +199,7 @@ def test_a_file_is_read_or_refused_in_one_line(name, folder, data):
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_a_whole_file_is_read(name, folder):
+def test_intact_file_is_read(name, folder):
     samples, read = READERS[name]
     whole = (folder / name).read_bytes()
     for sample in samples():

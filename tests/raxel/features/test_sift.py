@@ -1,4 +1,4 @@
-"""Features matched between two pictures: right places, and one-line refusals."""
+"""SIFT matches of two images: positions, and one-line rejections."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,7 @@ from raxel.features.sift import match_features
 
 
 def textured(seed=0):
-    """A picture (240, 320) with texture of several sizes."""
+    """An image (240, 320) with texture of several sizes."""
     rng = np.random.default_rng(seed)
     image = sum(
         size * cv2.GaussianBlur(rng.normal(size=(240, 320)), (0, 0), size)
@@ -18,7 +18,7 @@ def textured(seed=0):
     return np.clip(128 + 60 * image / image.std(), 0, 255).astype(np.uint8)
 
 
-def test_features_of_a_moved_picture_are_found_where_it_went():
+def test_sift_matches_follow_shifted_image():
     A = np.array([[1.05, 0.08, 6.3], [-0.08, 1.05, 9.7]])
     first = textured()
     second = cv2.warpAffine(first, A, (320, 240), flags=cv2.INTER_CUBIC)
@@ -31,8 +31,8 @@ def test_features_of_a_moved_picture_are_found_where_it_went():
     assert np.all(np.diff(found.ratio) >= 0)
 
 
-def test_what_is_there_twice_matches_where_it_is_more_alike():
-    """A match is nearest both ways round, so that no place has two."""
+def test_sift_prefers_more_similar_copy():
+    """Matches are mutual nearest neighbours, so that no position has two."""
     second = textured()[:, :160]
     noise = np.random.default_rng(2).normal(0, 4, second.shape)
     again = np.clip(second + noise, 0, 255).astype(np.uint8)
@@ -41,9 +41,11 @@ def test_what_is_there_twice_matches_where_it_is_more_alike():
     assert np.mean(found.pixels[0, :, 0] < 160) > 0.8
 
 
-def test_pixel_centres_are_at_integers():
-    """A picture that is turned by half a turn has its places turned about its middle,
-    and one of blobs has them where the blobs are."""
+def test_sift_pixel_centres_are_at_integers():
+    """A 180-degree rotation of an image rotates the positions about its centre.
+
+    Those of an image of blobs are at the blobs.
+    """
     first = textured(3)
     found = match_features(first, np.ascontiguousarray(first[::-1, ::-1]))
     middle = found.pixels.mean(axis=0)
@@ -68,21 +70,21 @@ def test_pixel_centres_are_at_integers():
 
 
 @pytest.mark.parametrize(
-    "options", [{"ratio": 0}, {"ratio": 1.0}, {"ratio": np.nan}, {"fewest": 0}]
+    "options", [{"ratio": 0}, {"ratio": 1.0}, {"ratio": np.nan}, {"min_matches": 0}]
 )
-def test_a_ratio_is_between_0_and_1_and_a_match_is_needed(options):
+def test_sift_rejects_invalid_options(options):
     with pytest.raises(InputError, match="ratio"):
         match_features(textured(), textured(), **options)
 
 
 @pytest.mark.parametrize(
-    ("second", "said"),
+    ("second", "message"),
     [
         (np.zeros((50, 50), np.uint8), " 0 matches"),
         (textured().astype(float), "float64"),
         (np.zeros((5, 5, 3), np.uint8), r"\(5, 5, 3\)"),
     ],
 )
-def test_pictures_without_matches_are_refused(second, said):
-    with pytest.raises(InputError, match=said):
+def test_sift_rejects_images_without_matches(second, message):
+    with pytest.raises(InputError, match=message):
         match_features(textured(), second)

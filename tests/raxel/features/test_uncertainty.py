@@ -1,4 +1,4 @@
-"""The standard deviation of a corner goes from the detector to the calibration."""
+"""The standard deviation of a corner, from the detector to the calibration."""
 
 import json
 
@@ -21,25 +21,20 @@ from tests.image_sets import COLUMNS, ROWS, write_drawn_set
 CORNERS = COLUMNS * ROWS
 
 
-def write_noisy_set(folder, tilts, **changes):
-    """A drawn set whose pictures have noise of 3 grey levels; returns its Boards."""
-    drawn = write_drawn_set(folder, tilts, **changes)
+@pytest.fixture(scope="module")
+def image_set(tmp_path_factory):
+    """A rendered set with noise of 3 grey levels."""
+    folder = tmp_path_factory.mktemp("sd") / "set"
+    write_drawn_set(folder, ((0, 0), (25, 0)))
     rng = np.random.default_rng(11)
     for path in sorted(folder.glob("*.png")):
         clean = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         noisy = np.rint(clean + rng.normal(0, 3, clean.shape))
         cv2.imwrite(str(path), np.clip(noisy, 0, 255).astype(np.uint8))
-    return drawn
-
-
-@pytest.fixture(scope="module")
-def image_set(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sd") / "set"
-    write_noisy_set(folder, ((0, 0), (25, 0)))
     return load_set(folder)
 
 
-def test_what_the_detector_says_reaches_the_views(image_set):
+def test_detector_sd_reaches_views(image_set):
     boards = detect_boards(image_set)
     for board, view in zip(boards, board_views(image_set, boards), strict=True):
         assert view.sd.shape == (CORNERS,)
@@ -48,7 +43,7 @@ def test_what_the_detector_says_reaches_the_views(image_set):
         np.testing.assert_array_equal(check_view(view).sd, view.sd)
 
 
-def test_it_survives_the_file(image_set, tmp_path):
+def test_sd_round_trips_through_file(image_set, tmp_path):
     boards = detect_boards(image_set)
     boards[0].detection.sd[4] = np.nan
     write_boards(tmp_path / "corners.json", image_set, "raxel", boards)
@@ -58,9 +53,7 @@ def test_it_survives_the_file(image_set, tmp_path):
 
 
 @pytest.mark.parametrize(("u", "inside"), [(-0.4, True), (-0.6, False)])
-def test_corners_may_lie_in_the_outer_half_of_the_first_pixels(
-    image_set, tmp_path, u, inside
-):
+def test_corners_in_outer_half_pixel_are_accepted(image_set, tmp_path, u, inside):
     boards = detect_boards(image_set)
     boards[0].detection.corners[0] = [u, 20.0]
     write_boards(tmp_path / "corners.json", image_set, "raxel", boards)
@@ -72,7 +65,7 @@ def test_corners_may_lie_in_the_outer_half_of_the_first_pixels(
         read_boards(tmp_path / "corners.json", image_set)
 
 
-def test_a_detector_that_gives_none_leaves_none(image_set, tmp_path):
+def test_detector_without_sd_gives_none(image_set, tmp_path):
     boards = detect_boards(image_set, "opencv")
     write_boards(tmp_path / "corners.json", image_set, "opencv", boards)
     content = json.loads((tmp_path / "corners.json").read_text())
@@ -82,36 +75,23 @@ def test_a_detector_that_gives_none_leaves_none(image_set, tmp_path):
     assert np.isnan(check_view(board_views(image_set, again)[0]).sd).all()
 
 
-def test_clicks_turn_it_with_its_corners(tmp_path):
-    (board,) = write_noisy_set(tmp_path, ((0, 0),))
-    plain = detect_boards(load_set(tmp_path))[0].detection
-    last = CORNERS - 1
-    outer = [last, last - COLUMNS + 1, 0, COLUMNS - 1]
-    clicks = np.rint(board.corners()[outer]).tolist()
-    views = [{"image": "view0.png", "outer_corners": clicks}]
-    write_noisy_set(tmp_path, ((0, 0),), views=views)
-    turned = detect_boards(load_set(tmp_path))[0].detection
-    np.testing.assert_array_equal(turned.corners, plain.corners[::-1])
-    np.testing.assert_array_equal(turned.sd, plain.sd[::-1])
-
-
-def test_reference_corners_carry_what_their_file_states(tmp_path):
+def test_reference_corners_have_stated_sd(tmp_path):
     drawn = write_drawn_set(tmp_path, tilts=((0, 0), (25, 0)), reference="ref.json")
-    said = [0.1 + 0.01 * k for k in range(CORNERS)]
-    said[3] = None
+    stated = [0.1 + 0.01 * k for k in range(CORNERS)]
+    stated[3] = None
     entries = [{"corners": board.corners().tolist()} for board in drawn]
-    entries[1]["sd"] = said
+    entries[1]["sd"] = stated
     images = {f"view{k}.png": entry for k, entry in enumerate(entries)}
     content = {"columns": COLUMNS, "rows": ROWS, "images": images}
     (tmp_path / "ref.json").write_text(json.dumps(content))
     reference = load_reference(load_set(tmp_path))
     assert reference["view0.png"].sd is None
     np.testing.assert_array_equal(
-        reference["view1.png"].sd, np.array(said, dtype=float)
+        reference["view1.png"].sd, np.array(stated, dtype=float)
     )
 
 
-def test_a_localiser_s_answer_makes_a_view(image_set):
+def test_localised_corners_make_view(image_set):
     image = read_image(image_set, image_set.views[0])
     start = detect_boards(image_set)[0].detection.corners + 0.3
     found = saddle_point(image, start, window=9)
@@ -130,7 +110,7 @@ def generic(views):
 
 
 @pytest.mark.parametrize("calibrate", [zhang, generic])
-def test_no_calibration_weights_by_it_yet(calibrate):
+def test_calibrations_do_not_weight_by_sd(calibrate):
     views = views_of(board_poses(3, 6), noise=0.05)
     rng = np.random.default_rng(5)
     stated = [v._replace(sd=rng.uniform(0.01, 5, len(v.pixels))) for v in views]
@@ -141,7 +121,7 @@ def test_no_calibration_weights_by_it_yet(calibrate):
     np.testing.assert_allclose(with_sd.directions, without.directions, atol=1e-12)
 
 
-def test_nobody_s_word_is_nan_and_wrong_words_are_refused():
+def test_invalid_sd_is_rejected():
     assert np.isnan(check_sd("board", None, 4)).all()
     np.testing.assert_array_equal(check_sd("b", [0, np.nan, np.inf], 3)[0], 0.0)
     for wrong in ([0.1, 0.2], [0.1, -0.2, 0.1]):
@@ -149,7 +129,7 @@ def test_nobody_s_word_is_nan_and_wrong_words_are_refused():
             check_sd("view", wrong, 3)
 
 
-def test_plain_form():
+def test_sd_plain_form():
     assert plain_sd(None) is None
     assert sd_from_plain("x", None, 2) is None
     assert plain_sd(np.array([0.1234567, np.nan, np.inf])) == [0.123457, None, None]
@@ -160,6 +140,6 @@ def test_plain_form():
 @pytest.mark.parametrize(
     "wrong", [[0.1], [0.1, "a"], [0.1, -1], [0.1, True], "0.1", -0.1, {}, [[1], [2]]]
 )
-def test_a_wrong_plain_form_is_one_line(wrong):
+def test_invalid_plain_sd_is_rejected(wrong):
     with pytest.raises(InputError, match=r"corners\.json: sd: "):
         sd_from_plain("corners.json: sd", wrong, 2)

@@ -19,7 +19,7 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners
 from raxel.features.boards import Board
-from raxel.features.detector import Detection, refused
+from raxel.features.detector import Detection, rejected
 from raxel.geometry import rotation_from_vector
 from raxel.sets import load_set
 from tests.raised import raises_line
@@ -95,7 +95,7 @@ def test_swapped_corners_make_wrong_board(board_set):
         return lattice
 
     first, second, third = true_boards(board_set)
-    missing = third._replace(detection=refused(None, None, "none"))
+    missing = third._replace(detection=rejected(None, None, "none"))
     scored = score_corners(board_set, [with_corners(first, swap), second, missing])
     assert (scored["found"], scored["right"]) == (2, 1)
     assert scored["wrong"] == [first.view.label]
@@ -106,7 +106,7 @@ def test_swapped_corners_make_wrong_board(board_set):
 
 
 def test_error_is_none_without_correct_board(board_set):
-    boards = [b._replace(detection=refused(4, 3, "")) for b in true_boards(board_set)]
+    boards = [b._replace(detection=rejected(4, 3, "")) for b in true_boards(board_set)]
     scored = score_corners(board_set, boards)
     assert scored["right"] == 0
     assert scored["rms_px"] is None

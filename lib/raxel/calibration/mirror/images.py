@@ -172,7 +172,7 @@ def _warnings(decoded):
 
 
 def _grid(image_set, seen):
-    """The DenseView of a SeenGrid, or InputError."""
+    """The DenseView of a DecodedGrid, or InputError."""
     reason = seen.reason
     if not reason:
         try:

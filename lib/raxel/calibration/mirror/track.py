@@ -34,7 +34,7 @@ from raxel.calibration.mirror.refine import residual_sd, stacked
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.features.film import FilmCorners, next_corners
+from raxel.features.video import TrackedCorners, track_corners
 from raxel.geometry.least_squares import damped_step
 
 # Convergence: change of the residuals in standard deviations.
@@ -207,13 +207,13 @@ class TrackedImage(NamedTuple):
 
     Attributes
     ----------
-    corners : FilmCorners
+    corners : TrackedCorners
         Corners of the image.
     shape : Followed
         Shape of the mirror.
     """
 
-    corners: FilmCorners
+    corners: TrackedCorners
     shape: Followed
 
 
@@ -266,7 +266,7 @@ class VideoTracker:
         CalibrationError
             As `MirrorTracker.follow`.
         """
-        found = next_corners(self.image, image, self.corners, *self._size)
+        found = track_corners(self.image, image, self.corners, *self._size)
         shape = self.tracker.follow(found.corners)
         self.image, self.corners = image, found.corners
         return TrackedImage(found, shape)

@@ -14,7 +14,7 @@ from .trace import FirstLine as FirstLine
 from .trace import Layers as Layers
 from .trace import Scale as Scale
 from .trace import Tracer as Tracer
-from .trace import angle_apart as angle_apart
+from .trace import angle_difference as angle_difference
 from .trace import canny_edges as canny_edges
 from .trace import clear_scale as clear_scale
 from .trace import first_line as first_line

@@ -1,8 +1,8 @@
 """CELECT: corner extraction by local edge contour tracing, section 3.1.2.
 
-A. K. Dunne, Calibration of Non-Conventional Imaging Systems, DCU 2009. Four clicks and
-two counts go in; the corners of the board come out in order, without any model of how
-the camera bends the image.
+A. K. Dunne, Calibration of Non-Conventional Imaging Systems, DCU 2009. Input: four
+clicks and two counts. Output: the corners of the board in order, without a model of the
+distortion.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from raxel.features.celect.trace import (
     side_lengths,
     smoothing_for,
 )
-from raxel.features.detector import Detection, Partial, refine, refused, verified
+from raxel.features.detector import Detection, Partial, refine, rejected, verified
 
-# Every value of CELECT in one place: the thesis's, and those it leaves open.
+# All parameters of CELECT: those of the thesis, and those that it does not state.
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class CelectSettings:
     A share is one of s, the contour's length scale in px. For side i, s is s_i of Table
     3.1; for a column, the window radius of the rule of the previous column (errata
     E-3.05). t1 and t2 take the number as Hough bins and degrees (E-3.02). Names that
-    end in px or deg have that unit. An ablation is another value (`most_growths=0`,
+    end in px or deg have that unit. An ablation is another value (`max_growths=0`,
     `split_peaks=0`, `wrap=0`).
 
     Attributes
@@ -63,7 +63,7 @@ class CelectSettings:
         Share of the smoothing.
     harris_share, canny_high, canny_low
         Shares of what is clear in the clicked windows.
-    least_votes
+    min_vote_fraction
         Share of the votes of the first peak.
 
     References
@@ -89,7 +89,7 @@ class CelectSettings:
 
     # Not stated in the thesis.
     radius_scale: float = 1.0
-    most_growths: int = 4
+    max_growths: int = 4
     steps_per_square: int = 6
     smoothing: float = 0.085
     smoothing_limits_px: tuple[float, float] = (0.5, 1.5)
@@ -100,11 +100,11 @@ class CelectSettings:
     canny_low: float = 0.12
     suppression_deg: int = 10
     suppression_radius: float = 0.2
-    least_votes: float = 0.5
-    least_band_px: float = 1.0
+    min_vote_fraction: float = 0.5
+    min_band_px: float = 1.0
 
 
-# What CELECT returns: the corners in order, or which contour failed and why.
+# Result of CELECT: the corners in order, or which contour failed and why.
 
 
 OUTER_CORNER = "outer corner"
@@ -279,9 +279,9 @@ def processed(
     size = np.bincount(labels)
     merged = np.column_stack([np.bincount(labels, c) / size for c in inliers.T])
     first, last = (labels[(inliers == end).all(axis=1).argmax()] for end in ends)
-    place = position_along(merged, anchors)
-    kept = (place >= place[first]) & (place <= place[last])
-    order = np.argsort(place[kept], kind="stable")
+    position = position_along(merged, anchors)
+    kept = (position >= position[first]) & (position <= position[last])
+    order = np.argsort(position[kept], kind="stable")
     return Processed(inliers, merged[kept][order])
 
 
@@ -295,8 +295,8 @@ def distinct(points):
 
 def distance_to_trace(points, anchors):
     """Distance (n,) in px to the line through the two nearest anchors, (3.20-22)."""
-    off = np.linalg.norm(points[:, None] - anchors[None], axis=2)
-    nearest = np.argsort(off, axis=1, kind="stable")[:, :2]
+    distance = np.linalg.norm(points[:, None] - anchors[None], axis=2)
+    nearest = np.argsort(distance, axis=1, kind="stable")[:, :2]
     a, b = anchors[nearest[:, 0]], anchors[nearest[:, 1]]
     along = b - a
     length = np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)
@@ -305,10 +305,11 @@ def distance_to_trace(points, anchors):
 
 
 def position_along(points, anchors):
-    """Arc length (n,) in px at which points (n, 2) lie along the trace (m, 2).
+    """Arc length (n,) in px of points (n, 2) projected on the trace (m, 2).
 
-    Of the trace's pieces the nearest counts. The first and the last piece go on beyond
-    the ends: a point there has a negative position, or one above the whole length.
+    Each point is projected on the nearest segment of the trace. The first and the last
+    segment are extended: a point there has a negative position, or one above the whole
+    length.
     """
     pieces = np.diff(anchors, axis=0)
     lengths = np.linalg.norm(pieces, axis=1)
@@ -333,17 +334,17 @@ def average_close(corners, distance):
     close = np.linalg.norm(corners[:, None] - corners[None], axis=2) < distance
     labels = np.arange(len(corners))
     while True:
-        least = np.where(close, labels, len(corners)).min(axis=1)
-        if (least == labels).all():
+        lowest = np.where(close, labels, len(corners)).min(axis=1)
+        if (lowest == labels).all():
             return labels
-        labels = least
+        labels = lowest
 
 
-# What the user gives CELECT, checked: image, clicks, counts, contours by hand.
+# Validation of the user's input: image, clicks, counts, contours by hand.
 
 
-LEAST_COUNT = 2
-LEAST_SQUARE_PX = 3.0
+MIN_N_CORNERS = 2
+MIN_SQUARE_PX = 3.0
 
 
 def checked_image(image):
@@ -351,8 +352,8 @@ def checked_image(image):
     image = np.asarray(image)
     if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16) or not image.size:
         raise InputError(
-            f"image: found an array of shape {image.shape} and type {image.dtype}; "
-            "give a grey image (height, width) of 8 or 16 bits"
+            f"image: found an array of shape {image.shape} and type "
+            f"{image.dtype}; give grey levels (height, width), 8 or 16 bit"
         )
     return image
 
@@ -361,8 +362,10 @@ def checked_count(name, value):
     """A count of corners as an int, or InputError."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise InputError(f"{name}: found {value!r}; give a whole number of corners")
-    if value < LEAST_COUNT:
-        raise InputError(f"{name}: found {value}; give {LEAST_COUNT} corners or more")
+    if value < MIN_N_CORNERS:
+        raise InputError(
+            f"{name}: found {value}; give at least {MIN_N_CORNERS} corners"
+        )
     return int(value)
 
 
@@ -382,26 +385,27 @@ def checked_points(name, points, count, image):
         index = int(beyond.any(axis=1).argmax())
         u, v = array[index]
         raise InputError(
-            f"{name}[{index}]: found ({u:g}, {v:g}), outside the image of {width} x "
-            f"{height} px; give points inside it"
+            f"{name}[{index}]: found ({u:g}, {v:g}), outside the image of {width} "
+            f"x {height} px; give points inside"
         )
     return array
 
 
 def checked_clicks(outer_corners, columns, rows, image):
-    """The four clicks (4, 2), round the board and far enough apart, or InputError."""
+    """The four clicks (4, 2), around the board and not too close, or InputError."""
     clicks = checked_points("outer_corners", outer_corners, 4, image)
     if _cross(*clicks) or _cross(*np.roll(clicks, 1, axis=0)):
         raise InputError(
-            "outer_corners: found two sides that cross; give the four corners in order "
-            "round the board"
+            "outer_corners: two sides cross; give the four corners in order "
+            "around the board"
         )
     sides = np.linalg.norm(np.roll(clicks, -1, axis=0) - clicks, axis=1)
     squares = sides / (np.array([columns, rows, columns, rows]) - 1)
-    if squares.min() < LEAST_SQUARE_PX:
+    if squares.min() < MIN_SQUARE_PX:
         raise InputError(
-            f"outer_corners: found a side with squares of {squares.min():.2g} px; give "
-            f"corners of a board with squares of {LEAST_SQUARE_PX:g} px or more"
+            f"outer_corners: found a side with squares of {squares.min():.2g} px; "
+            f"give corners of a board with squares of at least {MIN_SQUARE_PX:g} "
+            "px"
         )
     return clicks
 
@@ -556,8 +560,8 @@ def snapped(
     for i, window in enumerate(windows):
         found = harris_corners(window, scale, settings)
         if len(found):
-            off = np.linalg.norm(found - clicks[i], axis=1)
-            corners[i] = found[off.argmin()]
+            distance = np.linalg.norm(found - clicks[i], axis=1)
+            corners[i] = found[distance.argmin()]
     return scale, corners
 
 
@@ -575,7 +579,7 @@ class _Run:
         self.failures, self.contours = [], []
 
     def result(self):
-        """The CelectResult of what is there."""
+        """The CelectResult of the current state."""
         found = not self.failures and bool(np.isfinite(self.grid).all())
         return CelectResult(
             found,
@@ -588,7 +592,7 @@ class _Run:
         )
 
     def name_lost_corners(self, clicks):
-        """A failure for every click without a corner nearby."""
+        """Add a failure for every click without a corner nearby."""
         for i in np.flatnonzero(np.isnan(self.outer[:, 0])):
             u, v = clicks[i]
             reason = f"no corner near the click at ({u:.0f}, {v:.0f})"
@@ -619,7 +623,7 @@ class _Run:
         for k in range(1, self.columns - 1):
             name = f"column {k + 1}"
             if name not in self.given and np.isnan((top, bottom)).any():
-                reason = "side 1 or side 3 failed, so its ends are not known"
+                reason = "side 1 or side 3 failed, so that its ends are unknown"
                 self._fail(name, TRACING, reason, 0, self.rows)
                 continue
             s, distance = self._column_scale(previous)
@@ -634,7 +638,7 @@ class _Run:
     def _column_scale(self, previous):
         """s and the merging distance in px of a column from the previous one.
 
-        Without a previous column, those of the side where it would have been.
+        Without a previous column, those of the side at its position.
         """
         if previous is None:
             return self.s_4, self.settings.merge * self.s_4
@@ -680,24 +684,24 @@ class _Run:
         return merged, trace.theta
 
     def _place_sides(self, sides):
-        """The sides into the grid; a corner of two sides is the mean of both."""
-        places = (
+        """Put the sides into the grid; a corner of two sides is the mean of both."""
+        side_cells = (
             (0, slice(None)),
             (slice(None), -1),
             (-1, slice(None, None, -1)),
             (slice(None, None, -1), 0),
         )
         total, times = np.zeros_like(self.grid), np.zeros(self.grid.shape[:2])
-        for place, corners in zip(places, sides, strict=True):
+        for cells, corners in zip(side_cells, sides, strict=True):
             if corners is not None:
-                total[place] += corners
-                times[place] += 1
+                total[cells] += corners
+                times[cells] += 1
         placed = times > 0
         self.grid[placed] = total[placed] / times[placed][:, None]
 
     def _fail_count(self, name, found, wanted):
         stage = TOO_FEW if found < wanted else TOO_MANY
-        reason = f"{found} corners along the trace, {wanted} are wanted"
+        reason = f"{found} corners along the trace, expected {wanted}"
         self._fail(name, stage, reason, found, wanted)
 
     def _fail(self, *failure):
@@ -748,10 +752,10 @@ def find_celect(
         `bad-input`, as `celect`.
     """
     if columns is None or rows is None:
-        reason = "celect needs target.columns and target.rows"
-        return refused(columns, rows, reason)
+        reason = "celect requires target.columns and target.rows"
+        return rejected(columns, rows, reason)
     if outer_corners is None:
-        return refused(columns, rows, "celect needs outer_corners, the four clicks")
+        return rejected(columns, rows, "celect requires outer_corners, the four clicks")
     given = {name: np.array(points) for name, points in contours}
     result = celect(image, outer_corners, columns, rows, given_contours=given)
     if not result.found:
@@ -764,10 +768,10 @@ def _with_part(result):
     first = result.failures[0]
     reason = f"{first.contour}: {first.stage}: {first.reason}"
     if first.contour == "side 1" and first.found == result.rows != first.wanted:
-        reason += "; the second click is the other end of the first row"
-    detection = refused(result.columns, result.rows, reason)
-    seen = np.isfinite(result.corners[..., 0])
-    if not seen.any():
+        reason += "; the second click must be at the other end of the first row"
+    detection = rejected(result.columns, result.rows, reason)
+    known = np.isfinite(result.corners[..., 0])
+    if not known.any():
         return detection
-    part = Partial(result.corners[seen], np.argwhere(seen))
+    part = Partial(result.corners[known], np.argwhere(known))
     return detection._replace(partial=part)

@@ -1,7 +1,7 @@
 """CELECT's loops over a window's pixels and over its Hough space, compiled.
 
-What these functions call, and their constants, stand in this file: compiled code is
-kept from run to run, and made again when this file changes, not when another one does.
+All functions and constants that these functions use are in this file: compiled code is
+cached between runs and recompiled when this file changes, not when another one does.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numba import njit
 
-BINS = 180
-_ANGLES = np.radians(np.arange(BINS))
+N_ANGLE_BINS = 180
+_ANGLES = np.radians(np.arange(N_ANGLE_BINS))
 _NORMAL_U = (-np.sin(_ANGLES)).astype(np.float32)
 _NORMAL_V = np.cos(_ANGLES).astype(np.float32)
 
@@ -31,25 +31,25 @@ def within(points, centre, radius):
 
 @njit(cache=True, error_model="numpy")
 def hough_space(points, centre, m):
-    """The smoothed Hough space (2 m + 1, BINS) float32 of points (n, 2) float64.
+    """The smoothed Hough space (2 m + 1, N_ANGLE_BINS) float32 of points (n, 2).
 
-    Rows are R + m in px, rounded; R is of `hough`. Points farther than m from the
-    centre (2,) have no votes. Smoothed with 1 2 1 over 4 both ways.
+    Rows are R + m in px, rounded; R is of `lines_of`. Points, in float64, farther than
+    m from the centre (2,) have no votes. Smoothed with 1 2 1 over 4 in both directions.
     """
-    votes = np.zeros((2 * m + 3, BINS), np.int32)
-    rows = np.empty(BINS, np.int32)
+    votes = np.zeros((2 * m + 3, N_ANGLE_BINS), np.int32)
+    rows = np.empty(N_ANGLE_BINS, np.int32)
     half = np.float32(m + 0.5)
     for i in range(len(points)):
         u = np.float32(points[i, 0] - centre[0])
         v = np.float32(points[i, 1] - centre[1])
         if u * u + v * v > m * m:
             continue
-        for a in range(BINS):
-            # The second product and the sum are rounded once; cut off after adding a
-            # half: rounded, as nothing is below zero.
+        for a in range(N_ANGLE_BINS):
+            # The second product and the sum are rounded once. Truncation after adding a
+            # half rounds, as no value is negative.
             across = np.float64(u * _NORMAL_U[a]) + np.float64(v) * _NORMAL_V[a]
             rows[a] = np.int32(np.float32(across) + half)
-        for a in range(BINS):
+        for a in range(N_ANGLE_BINS):
             votes[rows[a] + 1, a] += 1
     votes[0], votes[-1] = votes[1], votes[-2]
     return _smooth(votes)
@@ -101,20 +101,22 @@ def lines_of(
         (n, 3) rows of R px, theta deg and votes.
     """
     m = space.shape[0] // 2
-    peaks = strongest_peaks(space, highest, limits, neighbourhood, share, (0, BINS))
+    peaks = strongest_peaks(
+        space, highest, limits, neighbourhood, share, (0, N_ANGLE_BINS)
+    )
     peaks[:, 0] -= m
-    border = np.minimum(peaks[:, 1], BINS - peaks[:, 1]) <= wrap
-    again = np.count_nonzero(border)
-    if wrap > 0 and again:
+    border = np.minimum(peaks[:, 1], N_ANGLE_BINS - peaks[:, 1]) <= wrap
+    n_border = np.count_nonzero(border)
+    if wrap > 0 and n_border:
         along = neighbourhood[1]
-        reach = min(int(wrap), BINS // 2 - along - 1)
+        reach = min(int(wrap), N_ANGLE_BINS // 2 - along - 1)
         strip = _across_border(space, reach + along)
         columns = along, along + 2 * reach + 1
         highest = _highest_within(strip, neighbourhood, columns)
-        limits = 1, again  # type: ignore[assignment]
+        limits = 1, n_border  # type: ignore[assignment]
         found = strongest_peaks(strip, highest, limits, neighbourhood, share, columns)
         found[:, 0] -= m
-        found[:, 1] += BINS - reach - along
+        found[:, 1] += N_ANGLE_BINS - reach - along
         peaks = np.concatenate((peaks[~border], found))
     return merged_lines(peaks, split)
 
@@ -149,8 +151,8 @@ def merged_lines(peaks: np.ndarray, bins: float) -> np.ndarray:
         while done < members:
             for other in range(first + 1, len(peaks)):
                 R, theta = _nearest_form(peaks[other], group[done, 1])
-                apart = math.hypot(R - group[done, 0], theta - group[done, 1])
-                if free[other] and apart <= bins:
+                distance = math.hypot(R - group[done, 0], theta - group[done, 1])
+                if free[other] and distance <= bins:
                     free[other] = False
                     group[members, 0], group[members, 1] = R, theta
                     group[members, 2] = peaks[other, 2]
@@ -162,9 +164,9 @@ def merged_lines(peaks: np.ndarray, bins: float) -> np.ndarray:
             theta += member[2] * member[1]
             votes += member[2]
         R, theta = R / votes, theta / votes
-        turns = math.floor(theta / BINS)
+        turns = math.floor(theta / N_ANGLE_BINS)
         lines[count, 0] = -R if turns % 2 else R
-        lines[count, 1], lines[count, 2] = theta - BINS * turns, votes
+        lines[count, 1], lines[count, 2] = theta - N_ANGLE_BINS * turns, votes
         count += 1
     return lines[:count]
 
@@ -172,35 +174,35 @@ def merged_lines(peaks: np.ndarray, bins: float) -> np.ndarray:
 @njit(cache=True, error_model="numpy")
 def _nearest_form(line, theta_deg):
     """(R, theta) of a line, or (-R, theta +- 180), with theta nearest to theta_deg."""
-    turns = np.rint((theta_deg - line[1]) / BINS)
-    return (-line[0] if turns % 2 else line[0]), line[1] + BINS * turns
+    turns = np.rint((theta_deg - line[1]) / N_ANGLE_BINS)
+    return (-line[0] if turns % 2 else line[0]), line[1] + N_ANGLE_BINS * turns
 
 
 @njit(cache=True, error_model="numpy")
 def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
-    """Non-maximal suppression: rows (n, 3) of row, column, votes, the strongest first.
+    """Non-maximum suppression: rows (n, 3) of row, column, votes, the strongest first.
 
     A peak of a Hough space (h, w) is the largest value of its `neighbourhood` (rows,
-    columns), half widths: the flank of another peak is none; `highest` (h, w) is that
-    value for every cell. Peaks count down to `share` of the strongest, but `limits`
-    (least, most) of them. If there are fewer than the least number, the largest values
-    outside the others' neighbourhoods make it up. `columns` (first, last + 1) restricts
-    where all of them may lie.
+    columns), half widths, so that the flank of another peak does not count; `highest`
+    (h, w) is that value for every cell. Peaks count down to `share` of the strongest,
+    but `limits` (minimum, maximum) of them. If there are fewer than the minimum, the
+    largest values outside the neighbourhoods of the others are added. `columns` (first,
+    last + 1) restricts all of them.
     """
-    least, most = limits
-    row, column = np.empty(most, np.int64), np.empty(most, np.int64)
+    minimum, maximum = limits
+    row, column = np.empty(maximum, np.int64), np.empty(maximum, np.int64)
     found = 0
     tops = _tops(space, highest, columns)
-    while found < most:
+    while found < maximum:
         best = _largest_of(space, tops, row[:found], column[:found], neighbourhood)
         if best < 0:
             break
         i, j = tops[best]
-        if found >= least and space[i, j] < share * space[row[0], column[0]]:
+        if found >= minimum and space[i, j] < share * space[row[0], column[0]]:
             break
         row[found], column[found] = i, j
         found += 1
-    while found < least:
+    while found < minimum:
         i, j = _largest_elsewhere(
             space, row[:found], column[:found], neighbourhood, columns
         )
@@ -217,7 +219,7 @@ def strongest_peaks(space, highest, limits, neighbourhood, share, columns):
 
 @njit(cache=True, error_model="numpy")
 def _tops(space, highest, columns):
-    """Cells (n, 2) above zero that are the highest about them, row by row."""
+    """Cells (n, 2) above zero that are local maxima, row by row."""
     height, width = space.shape
     tops = np.empty((height * width, 2), np.int64)
     is_top = np.zeros(-(-width // 8) * 8, np.uint8)
@@ -226,7 +228,7 @@ def _tops(space, highest, columns):
     for i in range(height):
         for j in range(width):
             is_top[j] = (space[i, j] > 0) & (space[i, j] >= highest[i, j])
-        # Tops are few: eight cells at a time are passed over.
+        # Maxima are sparse: eight cells are tested at a time.
         for k in range(len(eight)):
             if eight[k]:
                 for j in range(max(8 * k, columns[0]), min(8 * k + 8, columns[1])):
@@ -243,7 +245,7 @@ def _across_border(space, reach):
     strip = np.empty((height, 2 * reach + 1), np.float32)
     for i in range(height):
         for j in range(reach):
-            strip[i, j] = space[i, BINS - reach + j]
+            strip[i, j] = space[i, N_ANGLE_BINS - reach + j]
         for j in range(reach + 1):
             strip[i, reach + j] = space[height - 1 - i, j]
     return strip
@@ -251,22 +253,28 @@ def _across_border(space, reach):
 
 @njit(cache=True, error_model="numpy")
 def _highest_within(space, neighbourhood, columns):
-    """Those cells of some columns that are the highest about them; inf elsewhere."""
+    """The local maxima of some columns; inf in all other cells."""
     highest = np.full_like(space, np.inf)
     last = space.shape[0] - 1
     for i in range(last + 1):
         for j in range(columns[0], columns[1]):
             value = space[i, j]
-            beside = max(space[i, j - 1], space[i, j + 1])
-            beside = max(beside, space[max(i - 1, 0), j], space[min(i + 1, last), j])
-            if value >= beside and value > 0 and _is_top(space, i, j, neighbourhood):
+            neighbours = max(space[i, j - 1], space[i, j + 1])
+            neighbours = max(
+                neighbours, space[max(i - 1, 0), j], space[min(i + 1, last), j]
+            )
+            if (
+                value >= neighbours
+                and value > 0
+                and _is_top(space, i, j, neighbourhood)
+            ):
                 highest[i, j] = value
     return highest
 
 
 @njit(cache=True, error_model="numpy")
 def _is_top(space, i, j, neighbourhood):
-    """Whether nothing in the neighbourhood of a cell is higher."""
+    """Whether a cell is the maximum of its neighbourhood."""
     across, along = neighbourhood
     for row in range(max(i - across, 0), min(i + across + 1, space.shape[0])):
         for column in range(j - along, j + along + 1):
@@ -277,7 +285,7 @@ def _is_top(space, i, j, neighbourhood):
 
 @njit(cache=True, error_model="numpy")
 def _largest_of(space, tops, row, column, neighbourhood):
-    """Index of the largest of the tops outside all neighbourhoods, or -1."""
+    """Index of the largest of the maxima outside all neighbourhoods, or -1."""
     best, index = np.float32(0), -1
     for k in range(len(tops)):
         value = space[tops[k, 0], tops[k, 1]]
@@ -299,7 +307,7 @@ def _largest_elsewhere(space, row, column, neighbourhood, columns):
 
 @njit(cache=True, error_model="numpy")
 def _free(i, j, row, column, neighbourhood):
-    """Whether a cell lies outside the neighbourhoods of others (n,), (n,)."""
+    """Whether a cell is outside the neighbourhoods of others (n,), (n,)."""
     across, along = neighbourhood
     for n in range(len(row)):
         if abs(row[n] - i) <= across and abs(column[n] - j) <= along:

@@ -50,10 +50,10 @@ def corner_distances(corners):
     return np.linalg.norm(np.diff(corners, axis=0), axis=1)
 
 
-# Edges and corners of an image, made tile by tile as the windows come to need them.
-# Neighbouring windows overlap, so every pixel would be smoothed and searched several
-# times. A tile is searched once, on a patch that reaches as far beyond it as anything
-# within depends on; only the hysteresis of Canny's method could reach farther.
+# Edges and corners of an image, computed tile by tile where windows need them.
+# Neighbouring windows overlap, so that every pixel would be smoothed and searched
+# several times. A tile is searched once, on a patch that includes all pixels on which
+# its result depends; only the hysteresis of Canny's method could extend farther.
 
 
 TILE_PX = 160
@@ -97,7 +97,7 @@ class Layers:
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     def _tiles(self, centre, radius):
-        """The tiles (column, row) of the image that a window touches."""
+        """The tiles (column, row) of the image that a window intersects."""
         (u, v), (height, width) = centre.tolist(), self.image.shape
         columns, rows = _span(u, radius, width), _span(v, radius, height)
         return [(column, row) for column in columns for row in rows]
@@ -109,7 +109,8 @@ class Layers:
         first, across, down = gradients(
             self.image, low - reach, high + reach, self.scale.smoothing
         )
-        # The circle about the tile; what lies beyond the tile is its neighbours'.
+        # The circle around the tile; positions outside the tile belong to its
+        # neighbours.
         middle, radius = (low + high - 1) / 2, TILE_PX
         window = Window(middle, radius, first, across, down)
         settings = self.settings
@@ -120,7 +121,7 @@ class Layers:
 
 
 def _span(middle, radius, size):
-    """The tiles of a side of `size` px within a radius of a place on it."""
+    """The tiles of a side of `size` px within a radius of a position on it."""
     first, last = int((middle - radius) // TILE_PX), int((middle + radius) // TILE_PX)
     return range(max(first, 0), min(last, (size - 1) // TILE_PX) + 1)
 
@@ -132,15 +133,14 @@ def _inside(points, low, high):
     return points[inside].astype(float)
 
 
-# Lines in a window: a local Hough transform, its peaks, and what is done to them. A
-# line is (R, theta): its distance from the window's centre in px, with a sign, and
-# its orientation in degrees, modulo 180. The orientation is that of the line itself,
-# not of its normal (errata E-3.03): R = (p - centre) . n, n the direction of theta
-# turned by +90 degrees in (u, v). So (R, theta) and (-R, theta + 180) are the same
-# line.
+# Lines in a window: a local Hough transform and its peaks. A line is (R, theta): its
+# signed distance from the window's centre in px, and its orientation in degrees, modulo
+# 180. The orientation is that of the line itself, not of its normal (errata E-3.03): R
+# = (p - centre) . n, with n the direction of theta rotated by +90 degrees in (u, v). So
+# (R, theta) and (-R, theta + 180) are the same line.
 
 
-BINS = 180
+N_ANGLE_BINS = 180
 
 
 class Peaks(NamedTuple):
@@ -163,7 +163,7 @@ def orientation(vector):
     return float(np.degrees(np.arctan2(vector[1], vector[0])) % 180)
 
 
-def angle_apart(a: ArrayLike, b: ArrayLike) -> Any:
+def angle_difference(a: ArrayLike, b: ArrayLike) -> Any:
     """Return the angle between orientations in degrees, modulo 180: 0 to 90 (E-3.03).
 
     Parameters
@@ -176,8 +176,8 @@ def angle_apart(a: ArrayLike, b: ArrayLike) -> Any:
     float or np.ndarray
         Angles in degrees.
     """
-    apart = np.abs(np.subtract(a, b)) % 180
-    return np.minimum(apart, 180 - apart)
+    difference = np.abs(np.subtract(a, b)) % 180
+    return np.minimum(difference, 180 - difference)
 
 
 def normal_of(theta_deg):
@@ -245,7 +245,7 @@ def peaks_of(space: np.ndarray, settings: Any, s: float) -> Peaks:
         cv2.dilate(space, box),
         settings.peaks,
         suppress,
-        settings.least_votes,
+        settings.min_vote_fraction,
         wrap,
         split,
     )
@@ -253,15 +253,15 @@ def peaks_of(space: np.ndarray, settings: Any, s: float) -> Peaks:
 
 
 # The circular window that moves along a contour: its edges and its corners. Gradients
-# are taken after Gaussian smoothing, on a patch wide enough that nothing of them
-# depends on where the window ends. The scale of the gradients (what is an edge, what
-# is a corner) comes from the four windows that the user clicked.
+# are computed after Gaussian smoothing, on a patch large enough that none of them
+# depends on the end of the window. The scale of the gradients (the strength of an edge
+# and of a corner) is measured in the four clicked windows.
 
 
-MARGIN_IN_SD = 3.0
+MARGIN_SIGMAS = 3.0
 """How far a Gaussian reaches, in its standard deviations."""
 
-FULL_SCALE = 4000.0
+CANNY_FULL_SCALE = 4000.0
 """Value of the reference gradient in the whole numbers that Canny's method takes."""
 
 
@@ -361,15 +361,15 @@ def open_window(
 
 
 def margin(smoothing):
-    """How many px around a pixel decide whether it is an edge or a corner."""
-    return math.ceil(MARGIN_IN_SD * (smoothing.grey + smoothing.tensor)) + 2
+    """Distance in px at which pixels affect whether a pixel is an edge or a corner."""
+    return math.ceil(MARGIN_SIGMAS * (smoothing.grey + smoothing.tensor)) + 2
 
 
 def gradients(image, low, high, smoothing):
     """First pixel (2,), and gradients (h, w) along u and v, of part of an image.
 
-    `low`, `high` (2,): first pixel (u, v) and the one after the last; what lies beyond
-    the image is left out.
+    `low`, `high` (2,): first pixel (u, v) and the one after the last, clipped at the
+    image.
     """
     height, width = image.shape
     left, top = np.maximum(low, 0)
@@ -391,8 +391,8 @@ def gradients(image, low, high, smoothing):
 
 
 def blurred(image, sd):
-    """A Gaussian blur that ends at MARGIN_IN_SD; the border's pixels are repeated."""
-    size = 2 * math.ceil(MARGIN_IN_SD * sd) + 1
+    """A Gaussian blur truncated at MARGIN_SIGMAS; border pixels are repeated."""
+    size = 2 * math.ceil(MARGIN_SIGMAS * sd) + 1
     return cv2.GaussianBlur(image, (size, size), sd, borderType=cv2.BORDER_REPLICATE)
 
 
@@ -413,13 +413,13 @@ def canny_edges(window: Window, scale: Scale, high: float, low: float) -> np.nda
     np.ndarray
         (n, 2) pixels (u, v).
     """
-    factor = FULL_SCALE / scale.gradient
+    factor = CANNY_FULL_SCALE / scale.gradient
     across, down = (
         cv2.multiply(g, 1.0, scale=factor, dtype=cv2.CV_16S)  # type: ignore[call-overload]
         for g in (window.gradient_u, window.gradient_v)
     )
     edges = cv2.Canny(
-        across, down, low * FULL_SCALE, high * FULL_SCALE, L2gradient=True
+        across, down, low * CANNY_FULL_SCALE, high * CANNY_FULL_SCALE, L2gradient=True
     )
     return window.within(edges)
 
@@ -435,11 +435,13 @@ def harris_response(window, tensor_px, k):
 def harris_corners(window, scale, settings):
     """Corner pixels (n, 2) of a window: local maxima of Harris's response.
 
-    A maximum counts from `harris_share` of the image's clear response on.
+    A maximum counts from `harris_share` of the image's clear response.
     """
     response = harris_response(window, scale.smoothing.tensor, settings.harris_k)
-    least = max(settings.harris_share * scale.response, np.finfo(np.float32).tiny)
-    peaks = (response >= cv2.dilate(response, None)) & (response >= least)
+    min_response = max(
+        settings.harris_share * scale.response, np.finfo(np.float32).tiny
+    )
+    peaks = (response >= cv2.dilate(response, None)) & (response >= min_response)
     return window.within(peaks.view(np.uint8))
 
 
@@ -477,7 +479,7 @@ def clear_scale(
 
 
 class Step(NamedTuple):
-    """What one window saw: for figures.
+    """The content of one window, for figures.
 
     `centre` (2,), `radius` px; `edges` (n, 2) pixels S_c; `space` the Hough space;
     `lines` (k, 2) the peaks S_h as (R px, theta deg), `chosen` the index of h_p among
@@ -495,7 +497,7 @@ class Step(NamedTuple):
 
 
 class WindowContent(NamedTuple):
-    """What is in a window."""
+    """Edges, lines and Hough space of a window."""
 
     edges: np.ndarray
     peaks: Peaks
@@ -582,12 +584,12 @@ def first_line(
     ----------
     Thesis (3.4), (3.5) and the equations of the other contours.
     """
-    off = angle_apart(lines[near, 1], first.wrong_deg)
+    difference = angle_difference(lines[near, 1], first.wrong_deg)
     if first.exact:
-        left = np.delete(near, off.argmin()) if len(near) else near
+        remaining = np.delete(near, difference.argmin()) if len(near) else near
     else:
-        left = near[off > angle_deg]
-    return next_line(lines, left, along_deg)
+        remaining = near[difference > angle_deg]
+    return next_line(lines, remaining, along_deg)
 
 
 def next_line(lines: np.ndarray, near: np.ndarray, theta_deg: float) -> int | None:
@@ -609,7 +611,7 @@ def next_line(lines: np.ndarray, near: np.ndarray, theta_deg: float) -> int | No
     """
     if not len(near):
         return None
-    return int(near[angle_apart(lines[near, 1], theta_deg).argmin()])
+    return int(near[angle_difference(lines[near, 1], theta_deg).argmin()])
 
 
 def next_anchor(
@@ -703,28 +705,28 @@ class Tracer:
             If the end is not reached, its `fault` states why.
         """
         trace = Trace([np.asarray(start, float)])
-        most = self.settings.steps_per_square * squares
-        for _ in range(most):
+        max_steps = self.settings.steps_per_square * squares
+        for _ in range(max_steps):
             if not self._advance(trace, s, first):
                 trace.fault = "no edge to follow in the largest window"
                 return trace
             if self._arrived(trace, end, s):
                 trace.anchors[-1] = np.asarray(end, float)
                 return trace
-        trace.fault = f"the end corner was not reached in {most} steps"
+        trace.fault = f"the end corner was not reached in {max_steps} steps"
         return trace
 
     def _advance(self, trace, s, first):
-        """One step, in a window that grows until there is a next anchor."""
+        """Advance one step, in a window that grows until there is a next anchor."""
         settings = self.settings
         centre = trace.anchors[-1]
-        for growths in range(settings.most_growths + 1):
+        for growths in range(settings.max_growths + 1):
             radius = settings.radius_scale * s * (1 + settings.growth) ** growths
-            seen = self._look(centre, radius, s)
-            chosen = self._choose(trace, seen.peaks.lines, s, first)
+            content = self._look(centre, radius, s)
+            chosen = self._choose(trace, content.peaks.lines, s, first)
             anchor = None
             if chosen is not None:
-                anchor = self._step_to(trace, seen, chosen, s, first)
+                anchor = self._step_to(trace, content, chosen, s, first)
             if anchor is not None:
                 break
         corners = self.layers.corners(centre, radius)
@@ -732,16 +734,16 @@ class Tracer:
         trace.candidates.append(corners)
         if anchor is None:
             return False
-        trace.theta = float(seen.peaks.lines[chosen, 1])
+        trace.theta = float(content.peaks.lines[chosen, 1])
         trace.anchors.append(anchor)
         if self.record:
-            lines = seen.peaks.lines
+            lines = content.peaks.lines
             trace.steps.append(
                 Step(
                     centre,
                     radius,
-                    seen.edges,
-                    seen.space,
+                    content.edges,
+                    content.space,
                     lines,
                     chosen,
                     corners,
@@ -762,19 +764,19 @@ class Tracer:
         along = np.degrees(np.arctan2(first.along[1], first.along[0]))
         return first_line(lines, near, first, self.settings.first_angle_deg, along)
 
-    def _step_to(self, trace, seen, chosen, s, first):
-        band = max(self.settings.edge_band * s, self.settings.least_band_px)
+    def _step_to(self, trace, content, chosen, s, first):
+        band = max(self.settings.edge_band * s, self.settings.min_band_px)
         centre = trace.anchors[-1]
         if len(trace.anchors) == 1:
             away_from, direction = centre, first.along
         else:
             away_from = trace.anchors[-2]
             direction = centre - away_from
-        line = seen.peaks.lines[chosen]
-        return next_anchor(seen.edges, line, centre, band, away_from, direction)
+        line = content.peaks.lines[chosen]
+        return next_anchor(content.edges, line, centre, band, away_from, direction)
 
     def _arrived(self, trace, end, s):
-        """Whether the last step came within t6 of the end corner, anywhere on it."""
+        """Whether the last step passed within t6 of the end corner."""
         (u, v), (to_u, to_v), (end_u, end_v) = (
             point.tolist() for point in (*trace.anchors[-2:], end)
         )

@@ -1,1 +1,1 @@
-"""Chessboards found without clicks, whatever the lens: corners, order and size."""
+"""Chessboard (checkerboard) detection without clicks and without a lens model."""

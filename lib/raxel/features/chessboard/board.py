@@ -1,11 +1,11 @@
-"""Chessboards found without clicks, whatever the lens: corners, order and size.
+"""Detect chessboards of unknown pose and lens: corners, order and size.
 
-Saddles of the grey values at several scales (`saddles`), those with four fields around
-them (`ring`), edges followed from one to the next (`trace`), lattices grown from the
-links (`growth`), checked, filled and run on with the lattice's own shape (`grids`,
-`patches`, `corners`), cut where the paper ends (`ends`) or where its ground begins
-(`windows`), and judged (`verdict`, `rim`, `sides`, `covers`, `squares`). No model of
-the lens enters.
+Saddle points of the grey levels at several scales with four squares around them are
+corner candidates (`saddles`). Edges are followed from candidate to candidate, and
+lattices grown from these links (`links`). Lattices are verified, completed and
+extrapolated with their own local shape (`grids`, `corners`). They are cut where the
+paper or the printed pattern ends (`ends`), and judged (`verdict`, `sides`). No lens
+model is used.
 """
 
 from __future__ import annotations
@@ -13,26 +13,30 @@ from __future__ import annotations
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.charuco import with_markers_named
-from raxel.features.chessboard.ends import covered_side, doubtful_side, shaded_side
-from raxel.features.chessboard.search import seen_in
-from raxel.features.chessboard.sides import cut_side, dark_side
+from raxel.features.charuco import with_marker_hint
+from raxel.features.chessboard.ends import (
+    occluded_side,
+    side_before_shadow,
+    uncertain_side,
+)
+from raxel.features.chessboard.search import search_image
+from raxel.features.chessboard.sides import dark_side, truncated_side
 from raxel.features.chessboard.verdict import (
-    continues,
-    judged,
-    lies_on_pattern,
+    has_continuation,
+    is_within_pattern,
+    judge_grid,
     open_side,
     open_sides,
     shape_fault,
 )
-from raxel.features.detector import Detection, Partial, as_8_bit, refused
+from raxel.features.detector import Detection, Partial, as_8_bit, rejected
 from raxel.features.lattice import standard_order
 
 
 def find_board(
     image: np.ndarray, columns: int | None = None, rows: int | None = None
 ) -> Detection:
-    """Detect the chessboard of an image, whatever the lens.
+    """Detect the chessboard of an image, without a lens model.
 
     Two thirds of each row and column of the board must be visible, and all of its sides
     where the size is not given. Corners with a predicted standard deviation above a
@@ -48,7 +52,7 @@ def find_board(
     Returns
     -------
     Detection
-        The board. Otherwise the reason why there is none, and as `partial` the corners
+        The board. Otherwise the reason for its rejection, and as `partial` the corners
         in order.
 
     Raises
@@ -75,128 +79,134 @@ def find_board(
         raise InputError(f"{missing}: not given, but {found} is; give both or neither")
     grey = as_8_bit(image)
     if min(grey.shape) < 16:
-        return refused(columns, rows, "the image is too small to show a board")
-    detection = _found(image, grey, columns, rows)
-    return detection if detection.found else with_markers_named(detection, grey)
+        return rejected(columns, rows, "image below 16 x 16 px")
+    detection = _search(image, grey, columns, rows)
+    return detection if detection.found else with_marker_hint(detection, grey)
 
 
-def _found(image, grey, columns, rows):
+def _search(image, grey, columns, rows):
     known = columns is not None and rows is not None
-    seen = seen_in(grey, (columns, rows) if known else None)
-    if not seen.grids:
-        of = f"of {columns} x {rows} interior corners" if known else "of any size"
-        count = len(seen.nodes.points)
-        reason = f"no board {of}: {count} corners are seen and no lattice of them"
-        return refused(columns, rows, reason)
+    result = search_image(grey, (columns, rows) if known else None)
+    if not result.grids:
+        size_text = (
+            f"of {columns} x {rows} interior corners" if known else "of any size"
+        )
+        count = len(result.nodes.points)
+        reason = (
+            f"no board {size_text}: {count} corners detected, but no lattice of them"
+        )
+        return rejected(columns, rows, reason)
     if not known:
-        return _unknown_size(seen, image)
-    return _known_size(seen, image, columns, rows)
+        return _unknown_size(result, image)
+    return _known_size(result, image, columns, rows)
 
 
-def _verdicts(seen, image, told):
-    """What each lattice is: `verdict.Judged`, by its corners and by its fields."""
-    level = seen.levels[0]
+def _verdicts(result, image, known_size):
+    """The `verdict.Verdict` on each lattice, from its corners and its squares."""
+    level = result.levels[0]
     verdicts = []
-    for grid, part in zip(seen.grids, seen.parted, strict=True):
-        verdict = judged(grid, image, told, part)
+    for grid, part in zip(result.grids, result.is_part, strict=True):
+        verdict = judge_grid(grid, image, known_size, part)
         fault = shape_fault(grid, level) or verdict.fault
-        named = not grid.complete and not lies_on_pattern(grid, image)
+        named = not grid.complete and not is_within_pattern(grid, image)
         if verdict.fault == fault and fault and named:
-            fault = _edge_named(doubtful_side(grid, level)) + fault
+            fault = _paper_edge_prefix(uncertain_side(grid, level)) + fault
         verdicts.append(verdict._replace(fault=fault))
     return verdicts
 
 
-def _edge_named(side):
-    """What a lattice's doubtful side may be, before what is wrong with it."""
+def _paper_edge_prefix(side):
+    """Text that names an uncertain side of a lattice, in front of the fault."""
     if not side:
         return ""
     return f"the last row of corners at its {side} may be the edge of the paper: "
 
 
-def _known_size(seen, image, columns, rows):
-    grids = seen.grids
+def _known_size(result, image, columns, rows):
+    grids = result.grids
     wanted = {(columns, rows), (rows, columns)}
-    verdicts = _verdicts(seen, image, told=True)
-    sound = [v.sure for v in verdicts if not v.fault]
+    verdicts = _verdicts(result, image, known_size=True)
+    sound = [v.certain for v in verdicts if not v.fault]
     boards = [grid for grid in sound if grid.known.shape in wanted]
     if len(boards) == 1:
         return _detection(boards[0], image, columns, rows)
     if boards:
-        reason = f"{len(boards)} boards of {columns} x {rows} corners are seen"
-        return _refused(grids[0], image, columns, rows, reason)
+        reason = f"{len(boards)} boards of {columns} x {rows} corners in the image"
+        return _rejected_with_part(grids[0], image, columns, rows, reason)
     fault = verdicts[0].fault or _other_size(grids[0], image, wanted)
     reason = f"no board of {columns} x {rows} interior corners: {fault}"
-    return _refused(grids[0], image, columns, rows, reason)
+    return _rejected_with_part(grids[0], image, columns, rows, reason)
 
 
 def _other_size(grid, image, wanted):
-    """What a board's size is that is none of the wanted (columns, rows), in words."""
+    """Text on the size of a board that has none of the wanted (columns, rows)."""
     shape = grid.known.shape
     lacking = {
         axis
         for size in wanted
-        if all(n <= most for n, most in zip(shape, size, strict=True))
+        if all(n <= maximum for n, maximum in zip(shape, size, strict=True))
         for axis in (0, 1)
         if shape[axis] < size[axis]
     }
     open_ = [name for axis, name in open_sides(grid, image) if axis in lacking]
-    but = f", but {_goes_on(open_[0])}" if open_ else ""
+    but = f", but {_extends_outside(open_[0])}" if open_ else ""
     return f"{_size(grid)}{but}; check columns and rows"
 
 
-def _goes_on(side):
-    return f"the board may go on beyond its {side}, outside the image"
+def _extends_outside(side):
+    return f"the board may continue beyond its {side}, outside the image"
 
 
-def _unknown_size(seen, image):
-    grids = seen.grids
-    verdicts = _verdicts(seen, image, told=False)
+def _unknown_size(result, image):
+    grids = result.grids
+    verdicts = _verdicts(result, image, known_size=False)
     boards = [v for v in verdicts if not v.fault]
     if len(boards) > 1:
-        sizes = ", ".join(_size(v.seen) for v in boards)
-        reason = f"{len(boards)} boards are seen ({sizes}); give columns and rows"
-        found = _refused(boards[0].seen, image, None, None, reason)
-        shapes = (sorted(v.seen.known.shape, reverse=True) for v in boards)
+        sizes = ", ".join(_size(v.grid) for v in boards)
+        reason = f"{len(boards)} boards in the image ({sizes}); give columns and rows"
+        found = _rejected_with_part(boards[0].grid, image, None, None, reason)
+        shapes = (sorted(v.grid.known.shape, reverse=True) for v in boards)
         return found._replace(complete=tuple(map(tuple, shapes)))
     if not boards:
-        return _refused(grids[0], image, None, None, verdicts[0].fault)
-    board = boards[0].seen
-    doubt = _doubt(board, seen.levels[0], image, [v.seen for v in verdicts if v.fault])
+        return _rejected_with_part(grids[0], image, None, None, verdicts[0].fault)
+    board = boards[0].grid
+    doubt = _whole_board_doubt(
+        board, result.levels[0], image, [v.grid for v in verdicts if v.fault]
+    )
     if doubt:
         reason = f"{_size(board)}, but {doubt}; give columns and rows"
-        return _refused(board, image, None, None, reason)
-    return _detection(boards[0].sure, image)
+        return _rejected_with_part(board, image, None, None, reason)
+    return _detection(boards[0].certain, image)
 
 
-def _doubt(board, level, image, others):
-    """Why a board that was counted may not be the whole one, in words, or ''."""
+def _whole_board_doubt(board, level, image, others):
+    """Why a detected board of unknown size may be a part of a larger one, or ''."""
     grey = as_8_bit(image)
     side = open_side(board, image)
     if side:
-        return _goes_on(side)
-    side = cut_side(board, grey)
+        return _extends_outside(side)
+    side = truncated_side(board, grey)
     if side:
         return (
-            f"the squares at its {side} look cut short, as by a shadow, by glare, by "
-            "something before the board or by a shutter that rolls"
+            f"the outer squares at its {side} appear truncated (shadow, glare, "
+            "occluder or rolling shutter)"
         )
     side = dark_side(board, grey)
     if side:
         return (
-            f"behind its {side} it is dark, where other sides have white paper: a "
-            "shadow may hide squares"
+            f"the margin at its {side} is dark, unlike at other sides (a shadow "
+            "may hide squares)"
         )
-    side = covered_side(board, grey)
+    side = occluded_side(board, grey)
     if side:
         return (
-            f"the edge at its {side} runs straight on beyond the board: something that "
-            "lies before it may hide squares"
+            f"the edge at its {side} extends beyond the board (an occluder may "
+            "hide squares)"
         )
-    side = shaded_side(board, level)
+    side = side_before_shadow(board, level)
     if side:
-        return f"more squares stand in a shadow beyond its {side}"
-    return "more of a lattice stands beside it" if continues(board, others) else ""
+        return f"more squares are in a shadow beyond its {side}"
+    return "another lattice continues it" if has_continuation(board, others) else ""
 
 
 def _size(grid):
@@ -205,7 +215,7 @@ def _size(grid):
 
 
 def _detection(grid, image, columns=None, rows=None):
-    """The Detection of a complete grid; its longer side is columns unless given."""
+    """The Detection of a grid; its longer side is columns unless given."""
     if columns is None:
         columns, rows = max(grid.known.shape), min(grid.known.shape)
     points, sd = grid.points, grid.sd
@@ -216,7 +226,7 @@ def _detection(grid, image, columns=None, rows=None):
     return Detection(True, corners[order], columns, rows, sd=sd[order])
 
 
-def _refused(grid, image, columns, rows, reason):
+def _rejected_with_part(grid, image, columns, rows, reason):
     i, j = np.nonzero(grid.known)
     partial = Partial(grid.points[i, j], np.column_stack([i, j]))
-    return refused(columns, rows, reason)._replace(partial=partial)
+    return rejected(columns, rows, reason)._replace(partial=partial)

@@ -1,9 +1,9 @@
 """The detector's loops over pixels, rings and edges, compiled.
 
-Arithmetic is in float32 where the pictures are, one rounding for each operation, so
-that the same picture gives the same numbers on every machine. What these functions
-call, and their constants, stand in this file: compiled code is kept from run to run,
-and made again when this file changes, not when another one does.
+Arithmetic is in float32 where images are, with one rounding for each operation, so that
+an image gives the same numbers on every machine. All functions and constants that these
+functions use are in this file: compiled code is cached between runs and recompiled when
+this file changes, not when another one does.
 """
 
 from __future__ import annotations
@@ -13,30 +13,33 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-_LITTLE, _FLATTEST = np.float32(1e-9), np.float32(-1e-6)
+_MIN_LENGTH, _MAX_PEAK_CURVATURE = np.float32(1e-9), np.float32(-1e-6)
 _ZERO, _QUARTER, _HALF = np.float32(0), np.float32(0.25), np.float32(0.5)
 _ONE, _TWO = np.float32(1), np.float32(2)
 
-# Of a trace: px of its level for each step; samples across it.
-STEP = np.float32(2.0)
-ACROSS, REACH = 0.6, 3
-OFFSETS = (ACROSS * np.arange(-REACH - 1, REACH + 2)).astype(np.float32)
-# After so many steps a trace goes on in the next halved copy.
+# Trace: step in px of its level; pitch in px and number of samples to each side.
+TRACE_STEP_PX = np.float32(2.0)
+SAMPLE_PITCH_PX, N_SIDE_SAMPLES = 0.6, 3
+SAMPLE_OFFSETS_PX = (
+    SAMPLE_PITCH_PX * np.arange(-N_SIDE_SAMPLES - 1, N_SIDE_SAMPLES + 2)
+).astype(np.float32)
+# After so many steps a trace continues in the next halved copy.
 STEPS_PER_LEVEL = 30
-# An edge is lost after so many steps below this share of its usual slope.
-WEAK, WEAK_STEPS = np.float32(0.22), 5
-KEPT, NEW = np.float32(0.9), np.float32(0.1)
-# How fast a trace turns to where its last steps have led.
-MEMORY = 4
-STRAIGHT, TURNING = np.float32(0.7), np.float32(0.3)
+# An edge is lost after so many steps below this fraction of its usual slope.
+MIN_SLOPE_RATIO, MAX_WEAK_STEPS = np.float32(0.22), 5
+OLD_SLOPE_WEIGHT, NEW_SLOPE_WEIGHT = np.float32(0.9), np.float32(0.1)
+# Memory of the direction of a trace, in steps, and weights of its old and its new
+# direction.
+N_PAST_POINTS = 4
+OLD_DIRECTION_WEIGHT, NEW_DIRECTION_WEIGHT = np.float32(0.7), np.float32(0.3)
 
 
 @njit(cache=True, error_model="numpy")
 def grey_at(grey, u, v):
-    """Grey float32 at (u, v) float32 px of a picture (h, w), bilinear.
+    """Grey float32 at (u, v) float32 px of an image (h, w), bilinear.
 
-    Beyond the picture its border goes on. Rounded as `cv2.remap` does: each of the
-    three steps between two values once, as a fused multiply and add.
+    Outside the image its border continues. Rounded as in `cv2.remap`: each of the three
+    interpolations between two values once, as a fused multiply-add.
     """
     height, width = grey.shape
     left, top = np.floor(u), np.floor(v)
@@ -52,8 +55,8 @@ def grey_at(grey, u, v):
 
 
 @njit(cache=True, error_model="numpy")
-def _clipped(place, size):
-    return min(max(place, 0), size - 1)
+def _clipped(index, size):
+    return min(max(index, 0), size - 1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,14 +67,14 @@ def _between(first, second, share):
 
 
 @njit(cache=True, error_model="numpy")
-def strongest_saddles(grey, least):
-    """Saddles of a picture (h, w) float32: (index into it (N,), strength (N,)).
+def strongest_saddles(grey, min_strength):
+    """Saddles of an image (h, w) float32: (index into it (N,), strength (N,)).
 
-    They are the pixels, two from the border or more, where xy^2 - xx yy is above
-    `least` (float32) and not below that of the eight around; row by row.
+    These are the pixels, two from the border or more, where xy^2 - xx yy is above
+    `min_strength` (float32) and not below that of the eight neighbours; row by row.
     """
     height, width = grey.shape
-    place = np.empty(height * width, np.int64)
+    index = np.empty(height * width, np.int64)
     strength = np.empty(height * width, np.float32)
     three, highest = np.zeros((3, width), np.float32), np.zeros(width, np.float32)
     is_top = np.zeros(-(-width // 8) * 8, np.uint8)
@@ -85,16 +88,16 @@ def strongest_saddles(grey, least):
         for x in range(width):
             highest[x] = max(max(three[0, x], three[1, x]), three[2, x])
         for x in range(2, width - 2):
-            beside = (here[x] >= highest[x - 1]) & (here[x] >= highest[x + 1])
-            is_top[x] = (here[x] > least) & (here[x] >= highest[x]) & beside
-        # Tops are few: eight pixels at a time are passed over.
+            is_row_top = (here[x] >= highest[x - 1]) & (here[x] >= highest[x + 1])
+            is_top[x] = (here[x] > min_strength) & (here[x] >= highest[x]) & is_row_top
+        # Maxima are sparse: eight pixels are tested at a time.
         for k in range(len(eight)):
             if eight[k]:
                 for x in range(8 * k, 8 * k + 8):
                     if is_top[x]:
-                        place[count], strength[count] = (y - 1) * width + x, here[x]
+                        index[count], strength[count] = (y - 1) * width + x, here[x]
                         count += 1
-    return place[:count].copy(), strength[:count].copy()
+    return index[:count].copy(), strength[:count].copy()
 
 
 @njit(cache=True, error_model="numpy")
@@ -110,10 +113,10 @@ def _strength_of_row(above, here, below, out):
 
 @njit(cache=True, error_model="numpy")
 def four_changes(grey, points, circle):
-    """Which points (N, 2) px have four changes or more on a ring of whole pixels.
+    """Which points (N, 2) px have four changes or more on a ring of integer pixels.
 
-    circle: (M, 2) px offsets, in order; a change is one from below to above the middle
-    of the ring's grey values, or back.
+    circle: (M, 2) px offsets, in order; a change is a transition across the mid-level
+    of the ring's grey levels.
     """
     height, width = grey.shape
     reach = circle.max()
@@ -148,12 +151,12 @@ def _smooth_ring(grey, u, v, offsets, out):
 
 @njit(cache=True, error_model="numpy")
 def _crossings(ring, low, span, least_field, opposite, angles, signs):
-    """Whether four fields alternate on a ring; where and how they change.
+    """Whether four sectors alternate on a ring; where and how they change.
 
-    ring: (M,) grey values, less `low` + `span` / 2 on return. angles, signs: (4,), set
-    to where the ring passes that middle, rising, and +1 where it rises, -1 where it
-    falls. Every field must depart from the middle by `least_field` of the span, and
-    crossings lie opposite each other within `opposite` rad.
+    ring: (M,) grey levels, less `low` + `span` / 2 on return. angles, signs: (4,), set
+    to the angles at which the ring crosses that level, increasing, and +1 where it
+    rises, -1 where it falls. Every sector must depart from the level by `least_field`
+    of the span, and crossings must be opposite each other within `opposite` rad.
     """
     count = len(ring)
     middle = low + span * _HALF
@@ -163,11 +166,11 @@ def _crossings(ring, low, span, least_field, opposite, angles, signs):
     found = 0
     for k in range(count):
         reach[found % 4] = max(reach[found % 4], abs(ring[k]))
-        here, after = ring[k], ring[(k + 1) % count]
-        if (here < 0) != (after < 0):
+        value, after = ring[k], ring[(k + 1) % count]
+        if (value < 0) != (after < 0):
             if found < 4:
-                angles[found] = (k + here / (here - after)) * (2 * np.pi / count)
-                signs[found] = 1 if after > here else -1
+                angles[found] = (k + value / (value - after)) * (2 * np.pi / count)
+                signs[found] = 1 if after > value else -1
             found += 1
     if found != 4:
         return False
@@ -179,55 +182,55 @@ def _crossings(ring, low, span, least_field, opposite, angles, signs):
 
 @njit(cache=True, error_model="numpy")
 def rings_of_four(grey, points, root, rings, limits, opposite):
-    """The test of `ring.ring_test`, (found, angles, signs, contrast), on given rings.
+    """The test of `saddles.ring_test` on given rings: found, angles, signs, contrast.
 
-    rings: (R, M, 2) px offsets of R rings, of which the first that holds counts.
-    limits (4,) float32: least span of a ring; factor of `root` and the least share of
-    the span that it then has; least share of a field. opposite: rad.
+    rings: (R, M, 2) px offsets of R rings, of which the first that succeeds counts.
+    limits (4,) float32: smallest span of a ring; factor of `root` and the smallest
+    fraction of the span for it; smallest fraction of a sector. opposite: rad.
     """
-    least, factor, share, field = limits
+    min_span, factor, share, field = limits
     count = len(points)
     found = np.zeros(count, np.bool_)
     angles, signs = np.zeros((count, 4)), np.zeros((count, 4), np.int8)
     contrast = np.zeros(count)
-    ring, here = np.empty(rings.shape[1], np.float32), np.empty(4)
+    ring, crossings = np.empty(rings.shape[1], np.float32), np.empty(4)
     sense = np.empty(4, np.int8)
     for i in range(count):
         for offsets in rings:
             _smooth_ring(grey, points[i, 0], points[i, 1], offsets, ring)
             low = ring.min()
             span = ring.max() - low
-            if not (span >= least and root[i] * factor > share * span):
+            if not (span >= min_span and root[i] * factor > share * span):
                 continue
-            if _crossings(ring, low, span, field, opposite, here, sense):
+            if _crossings(ring, low, span, field, opposite, crossings, sense):
                 found[i], contrast[i] = True, span
                 for k in range(4):
-                    angles[i, k], signs[i, k] = here[k], sense[k]
+                    angles[i, k], signs[i, k] = crossings[k], sense[k]
                 break
     return found, angles, signs, contrast
 
 
 @njit(cache=True, error_model="numpy")
-def discs(picture, place, values, offsets):
-    """Set discs of offsets (M, 2) around pixels place (2, N) to values (N,).
+def discs(image, pixels, values, offsets):
+    """Set discs of offsets (M, 2) around pixels (2, N) to values (N,).
 
-    Offset by offset, so that of two discs the last one is on top at each offset.
+    Offset by offset, so that of two discs the later one is on top at each offset.
     """
-    height, width = picture.shape
+    height, width = image.shape
     for k in range(len(offsets)):
         for i in range(len(values)):
-            u = min(max(place[0, i] + offsets[k, 0], 0), width - 1)
-            v = min(max(place[1, i] + offsets[k, 1], 0), height - 1)
-            picture[v, u] = values[i]
+            u = min(max(pixels[0, i] + offsets[k, 0], 0), width - 1)
+            v = min(max(pixels[1, i] + offsets[k, 1], 0), height - 1)
+            image[v, u] = values[i]
 
 
 @njit(cache=True, error_model="numpy")
 def followed(atlas, points, directions, signs, usual, levels, own):
-    """(corner reached (N,) or -1, direction there (N, 2)) of edges in a `trace.Atlas`.
+    """(corner reached (N,) or -1, direction there (N, 2)) of edges in a `links.Atlas`.
 
     points (N, 2): px of their level; directions (N, 2); signs (N,): +1 where the grey
-    rises clockwise, else -1; usual (N,): slope across the edge, grey levels over
-    2 ACROSS; all float32. levels (N,), own (N,): the corner that each leaves.
+    level rises clockwise, else -1; usual (N,): slope across the edge, grey levels over
+    2 SAMPLE_PITCH_PX; all float32. levels (N,), own (N,): the corner that each leaves.
     """
     end = np.full(len(points), -1)
     heading = directions.copy()
@@ -273,34 +276,34 @@ def follow_edge(
         Index of a corner.
     """
     u, v = start
-    past = np.empty((MEMORY, 2), np.float32)
-    for k in range(MEMORY):
+    past = np.empty((N_PAST_POINTS, 2), np.float32)
+    for k in range(N_PAST_POINTS):
         past[k, 0], past[k, 1] = u, v
-    rise = np.empty(2 * REACH + 1, np.float32)
+    rise = np.empty(2 * N_SIDE_SAMPLES + 1, np.float32)
     weak = 0
     for step in range(1, STEPS_PER_LEVEL * len(atlas.scale) + 1):
-        u += STEP * d[0]
-        v += STEP * d[1]
+        u += TRACE_STEP_PX * d[0]
+        v += TRACE_STEP_PX * d[1]
         _slopes(atlas, level, u, v, d, sign, rise)
         where, strength = _peak(rise)
-        least = WEAK * usual
-        strong = strength > least
+        min_strength = MIN_SLOPE_RATIO * usual
+        strong = strength > min_strength
         if strong:
-            aside = ACROSS * where
-            u, v = np.float32(u - d[1] * aside), np.float32(v + d[0] * aside)  # type: ignore[assignment]
-            usual = KEPT * usual + NEW * strength
+            offset = SAMPLE_PITCH_PX * where
+            u, v = np.float32(u - d[1] * offset), np.float32(v + d[0] * offset)  # type: ignore[assignment]
+            usual = OLD_SLOPE_WEIGHT * usual + NEW_SLOPE_WEIGHT * strength
             weak = 0
         else:
             weak += 1
-        before = past[step % MEMORY]
-        if step > MEMORY:
+        before = past[step % N_PAST_POINTS]
+        if step > N_PAST_POINTS:
             _turn(d, u - before[0], v - before[1], strong)
         before[0], before[1] = u, v
-        inside, here = _looked_up(atlas, level, u, v)
-        if inside and here >= 0 and here != own:
-            return here
-        flipped = not strong and -rise[1:-1].min() > _TWO * least
-        if not inside or flipped or weak >= WEAK_STEPS:
+        inside, corner = _looked_up(atlas, level, u, v)
+        if inside and corner >= 0 and corner != own:
+            return corner
+        flipped = not strong and -rise[1:-1].min() > _TWO * min_strength
+        if not inside or flipped or weak >= MAX_WEAK_STEPS:
             return -1
         if step % STEPS_PER_LEVEL == 0:
             if level == len(atlas.scale) - 1:
@@ -308,7 +311,7 @@ def follow_edge(
             ratio = atlas.scale[level + 1] / atlas.scale[level]
             level += 1
             u, v = u / ratio, v / ratio
-            for k in range(MEMORY):
+            for k in range(N_PAST_POINTS):
                 past[k, 0] /= ratio
                 past[k, 1] /= ratio
     return -1
@@ -317,15 +320,17 @@ def follow_edge(
 @njit(cache=True, error_model="numpy")
 def _slopes(atlas, level, u, v, d, sign, rise):
     """Slopes of the grey values across a direction, one at each inner offset."""
-    # The atlas goes on beyond the level: stay inside it.
+    # The atlas continues outside the level: stay inside the level.
     u = min(max(u, _ZERO), atlas.width[level] - _ONE) + atlas.left[level]
     v = min(max(v, _ZERO), atlas.height[level] - _ONE) + atlas.top[level]
-    last = here = _ZERO
-    for k in range(len(OFFSETS)):
-        grey = grey_at(atlas.grey, u - d[1] * OFFSETS[k], v + d[0] * OFFSETS[k])
+    before_previous = previous = _ZERO
+    for k in range(len(SAMPLE_OFFSETS_PX)):
+        grey = grey_at(
+            atlas.grey, u - d[1] * SAMPLE_OFFSETS_PX[k], v + d[0] * SAMPLE_OFFSETS_PX[k]
+        )
         if k > 1:
-            rise[k - 2] = (grey - last) * sign
-        last, here = here, grey
+            rise[k - 2] = (grey - before_previous) * sign
+        before_previous, previous = previous, grey
 
 
 @njit(cache=True, error_model="numpy")
@@ -335,18 +340,18 @@ def _peak(rise):
     where = np.float64(k)
     if 0 < k < len(rise) - 1:
         a, b, c = rise[k - 1], rise[k], rise[k + 1]
-        bend = min(a - _TWO * b + c, _FLATTEST)
+        bend = min(a - _TWO * b + c, _MAX_PEAK_CURVATURE)
         where += min(max((a - c) / (_TWO * bend), -_ONE), _ONE)
     return where - len(rise) // 2, rise[k]
 
 
 @njit(cache=True, error_model="numpy")
 def _turn(d, du, dv, strong):
-    """Turn a direction a little towards where the trace has gone."""
+    """Turn a direction a little towards the recent direction of the trace."""
     if strong:
-        length = np.sqrt(du * du + dv * dv) + _LITTLE
-        d[0] = STRAIGHT * d[0] + TURNING * (du / length)
-        d[1] = STRAIGHT * d[1] + TURNING * (dv / length)
+        length = np.sqrt(du * du + dv * dv) + _MIN_LENGTH
+        d[0] = OLD_DIRECTION_WEIGHT * d[0] + NEW_DIRECTION_WEIGHT * (du / length)
+        d[1] = OLD_DIRECTION_WEIGHT * d[1] + NEW_DIRECTION_WEIGHT * (dv / length)
     length = np.sqrt(d[0] * d[0] + d[1] * d[1])
     d[0] /= length
     d[1] /= length
@@ -354,7 +359,7 @@ def _turn(d, du, dv, strong):
 
 @njit(cache=True, error_model="numpy")
 def _looked_up(atlas, level, u, v):
-    """(whether (u, v) lies inside the level, the corner known there or -1)."""
+    """(whether (u, v) is inside the level, the corner known there or -1)."""
     x, y = int(np.rint(u)), int(np.rint(v))
     width, height = int(atlas.width[level]), int(atlas.height[level])
     if not (0 < x < width - 1 and 0 < y < height - 1):
@@ -365,11 +370,11 @@ def _looked_up(atlas, level, u, v):
 
 @njit(cache=True, error_model="numpy")
 def slopes_in_windows(grey, scale, patches, half, samples):
-    """Slopes (N, (2 samples + 1)^2, 2) float32 along s and t, per half window.
+    """Gradients (N, (2 samples + 1)^2, 2) float32 along s and t, per half window.
 
-    Of a level's picture, at `scale` image px to one of its own, in the windows of
-    `patches.Patches` of N corners: half (N, 2) their half sizes in s and t, and so many
-    samples from the middle to a side.
+    In a level's image, at `scale` image px to one of its own, in the windows of
+    `grids.Patches` of N corners: half (N, 2) their half sizes in s and t, and the
+    number of samples from the centre to a side.
     """
     count, side = len(half), 2 * samples + 3
     slopes = np.empty((count, (side - 2) ** 2, 2), np.float32)
@@ -393,8 +398,10 @@ def slopes_in_windows(grey, scale, patches, half, samples):
 
 @njit(cache=True, error_model="numpy")
 def _smooth_at(grey, u, v):
-    """Grey at (u, v) px of a picture (h, w): its pixels, each spread as a cubic
-    B-spline; beyond the picture its border goes on."""
+    """Grey at (u, v) px of an image (h, w), by cubic B-splines.
+
+    Outside the image its border continues.
+    """
     height, width = grey.shape
     left, top = np.floor(u), np.floor(v)
     x, y = int(left) - 1, int(top) - 1
@@ -409,7 +416,7 @@ def _smooth_at(grey, u, v):
 
 @njit(cache=True, error_model="numpy")
 def _spread(f):
-    """What four pixels give to a place f px behind the second: a cubic B-spline's."""
+    """Weights of four pixels at f px behind the second: those of a cubic B-spline."""
     g = 1 - f
     inner = 2 / 3 - f * f * (1 - f / 2), 2 / 3 - g * g * (1 - g / 2)
     return g**3 / 6, inner[0], inner[1], f**3 / 6
@@ -429,11 +436,11 @@ def nearest(points, others):
     index = np.zeros(len(points), np.int64)
     distance = np.empty(len(points))
     for n in range(len(points)):
-        least = np.inf
+        min_square = np.inf
         for m in range(len(others)):
             u, v = points[n, 0] - others[m, 0], points[n, 1] - others[m, 1]
             square = u * u + v * v
-            if square < least:
-                least, index[n] = square, m
-        distance[n] = np.sqrt(least)
+            if square < min_square:
+                min_square, index[n] = square, m
+        distance[n] = np.sqrt(min_square)
     return index, distance

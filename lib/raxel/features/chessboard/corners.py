@@ -1,39 +1,38 @@
-"""Is a lattice's corner a corner, and where exactly?"""
+"""Verification and sub-pixel localisation of the corners of a lattice."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.chessboard.saddles import SMOOTHED_NOISE, remapped
+from raxel.features.chessboard.saddles import SMOOTHED_NOISE_SD, remapped
 
-# What the noise of single pixels does to a corner's fit, carried through it exactly.
-# The fit of `corners` takes slopes g_k at places x_k of a window, in half windows
-# from its middle, and solves A q = sum w_k g_k (g_k . x_k), A = sum w_k g_k g_k^T.
-# Slopes that are wrong by n_k move the corner, which is at q = 0, by A^-1 sum w_k
-# (g_k (n_k . x_k) + n_k (g_k . x_k)), and n_k are differences of smoothed noise,
-# which is alike at places close by: of white noise of variance 1, smoothed by a
-# Gaussian of variance s^2, two values d apart have the covariance exp(-d^2 / 4 s^2) /
-# (4 pi s^2).
+# Propagation of pixel noise through the corner fit. `localise_corners` takes gradients
+# g_k at positions x_k of a window, in half windows from its centre, and solves A q =
+# sum w_k g_k (g_k . x_k), A = sum w_k g_k g_k^T. Gradient errors n_k move the corner,
+# which is at q = 0, by A^-1 sum w_k (g_k (n_k . x_k) + n_k (g_k . x_k)). The n_k are
+# differences of smoothed noise, which is spatially correlated: white noise of variance
+# 1, smoothed by a Gaussian of variance s^2, has the covariance exp(-d^2 / 4 s^2) / (4
+# pi s^2) at distance d.
 
 
-# Variance, px^2, that the interpolation adds to the smoothing: of a cubic B-spline.
-BETWEEN_PIXELS = 1 / 3
+# Variance in px^2 that cubic B-spline interpolation adds to the smoothing.
+INTERPOLATION_VARIANCE_PX2 = 1 / 3
 
 
 def influences(g, x, weight, part=1.0):
-    """(q, how slopes move it): of the fit to a part of the window's slopes.
+    """Solution q of the fit to a part of the window, and its derivatives by gradients.
 
-    g: (N, K, 2) slopes, K = (2 n + 1)^2 row by row, from which their weighted mean was
-    taken off; x: (K, 2); weight, part: (K,). Returned are q (N, 2), in half windows,
-    and (N, 2, K, 2): by how much it moves with each slope.
+    g: (N, K, 2) gradients, K = (2 n + 1)^2 row by row, less their weighted mean; x: (K,
+    2); weight, part: (K,). Returns q (N, 2) in half windows, and its derivatives (N, 2,
+    K, 2) by each gradient.
     """
-    of = weight * part
+    combined = weight * part
     toward = (g * x).sum(axis=2)
-    A = np.swapaxes(g * of[:, None], 1, 2) @ g
+    A = np.swapaxes(g * combined[:, None], 1, 2) @ g
     A += (1e-9 * np.trace(A, axis1=1, axis2=2)[:, None, None] + 1e-12) * np.eye(2)
     inverse = np.linalg.inv(A)
-    right = (of[:, None] * g * toward[..., None]).sum(axis=1)
-    moved = of[:, None, None] * (
+    right = (combined[:, None] * g * toward[..., None]).sum(axis=1)
+    moved = combined[:, None, None] * (
         g[..., None] * x[:, None, :] + toward[..., None, None] * np.eye(2)
     )
     moved -= (weight / weight.sum())[:, None, None] * moved.sum(axis=1, keepdims=True)
@@ -42,21 +41,23 @@ def influences(g, x, weight, part=1.0):
 
 
 def variances(moved, window, level):
-    """Variance (N, M) that pixel noise gives to sums over slopes of a Level.
+    """Variance (N, M) from pixel noise of weighted sums of the gradients of a Level.
 
-    moved: (N, M, K, 2) weights of the slopes; window: (N, 2, 2) px, its columns half a
-    window in s and t.
+    moved: (N, M, K, 2) weights of the gradients; window: (N, 2, 2) px, its columns half
+    a window in s and t.
     """
     weights = _of_samples(moved)
     size = 2 * weights.shape[-1]
     power = np.abs(np.fft.rfft2(weights, (size, size))) ** 2
-    alike = np.fft.irfft2(power, (size, size))
+    correlation = np.fft.irfft2(power, (size, size))
     steps = np.fft.fftfreq(size, 1 / size) * 2 / (weights.shape[-1] - 3)
-    apart = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    px = apart @ np.swapaxes(window / level.scale, 1, 2)
-    smooth = level.sigma**2 + BETWEEN_PIXELS
+    lags = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    px = lags @ np.swapaxes(window / level.scale, 1, 2)
+    smooth = level.sigma**2 + INTERPOLATION_VARIANCE_PX2
     shared = np.exp(-(px**2).sum(axis=2) / (4 * smooth)) / (4 * np.pi * smooth)
-    total = (alike.reshape(*alike.shape[:2], -1) @ shared[..., None])[..., 0]
+    total = (correlation.reshape(*correlation.shape[:2], -1) @ shared[..., None])[
+        ..., 0
+    ]
     return level.noise**2 * np.maximum(total, 0)
 
 
@@ -76,42 +77,42 @@ def _of_samples(moved):
     return weights
 
 
-QUADRANT = np.array([0.2, 0.34])
-LEAST_EVEN = 0.3
-# Half window, as a share of the spacing and in px.
-WINDOW, LARGEST_PX = 0.38, 7.0
+SQUARE_SAMPLES = np.array([0.2, 0.34])
+MIN_CONTRAST_RATIO = 0.3
+# Half window: fraction of the spacing, and largest size in px.
+HALF_WINDOW_STEPS, MAX_HALF_WINDOW_PX = 0.38, 7.0
 
 
 class Effort(NamedTuple):
-    """How finely a window is looked at.
+    """Effort of the corner search.
 
-    half: samples from its middle to its side; iterations: how often it is moved at
-    most; still: px; a smaller move is the last; wider: how much larger than a window
-    the cell's share must be for the next window to be tried.
+    half: samples from the centre of a window to its side; iterations: maximum number of
+    moves of the window; tolerance_px: a smaller move is the last; widening: ratio of a
+    cell's share to the window above which the next window is tried.
     """
 
     half: int
     iterations: int
-    still: float
-    wider: float
+    tolerance_px: float
+    widening: float
 
 
-QUICK, FULL = Effort(4, 5, 0.02, 1.67), Effort(7, 12, 1e-3, 1.15)
-FARTHEST = 0.3
-# Of the window, to each side: the part about a corner, which tells as much as the rest.
-NEAR_PART = 0.6
-# Of half a window: how far one is moved to see how its corner follows.
-ASIDE = 0.1
-LEAST_FOLLOWING = 1e-3
-# The window that is compared with itself after half a turn: share of the spacing to
-# each side, and samples along it.
-TURNED, TURNED_SAMPLES = 0.33, 12
+QUICK_EFFORT, FULL_EFFORT = Effort(4, 5, 0.02, 1.67), Effort(7, 12, 1e-3, 1.15)
+MAX_SHIFT_STEPS = 0.3
+# Inner part of the window, as a fraction of its half size. It determines the corner as
+# precisely as the outer part.
+INNER_FRACTION = 0.6
+# Shift of a window, as a fraction of its half size, to measure how the fit responds.
+TEST_SHIFT_FRACTION = 0.1
+MIN_RESPONSE_DET = 1e-3
+# Window of the symmetry test: half size in spacings, and samples along it.
+SYMMETRY_HALF_WINDOW_STEPS, N_SYMMETRY_SAMPLES = 0.33, 12
 
 
-class Fields(NamedTuple):
-    """The four fields around N corners.
+class CornerSquares(NamedTuple):
+    """The four squares around N corners.
 
-    alternate (N,) bool: dark and bright in turn; sign (N,) of the field between +s and
+    alternate (N,) bool: dark and bright in turn; sign (N,) of the square between +s and
     +t; contrast (N,): smallest difference of neighbours.
     """
 
@@ -120,25 +121,25 @@ class Fields(NamedTuple):
     contrast: np.ndarray
 
 
-class Placed(NamedTuple):
-    """Corners put where the edges cross: points (N, 2), sd (N,) px, misfit (N,).
+class LocalisedCorners(NamedTuple):
+    """Corners at the crossings of edges: points (N, 2), sd (N,) px, misfit (N,).
 
-    sd: of the level's noise, as that of `Grid`; apart (N, 2): how far the near and the
-    far part of the window disagree, in SDs of that noise, see `_near_and_far`. misfit:
-    share of the edges' strength that does not point at the corner; good (N,): whether
-    the search ended near its start.
+    sd: predicted from the noise of the level, as in `Grid`; disagreement (N, 2):
+    difference between the inner and the outer part of the window, in SDs of that noise
+    (`_inner_outer_difference`). misfit: fraction of the edge strength that does not
+    point at the corner; good (N,): whether the search ended near its start.
     """
 
     points: np.ndarray
     sd: np.ndarray
-    apart: np.ndarray
+    disagreement: np.ndarray
     misfit: np.ndarray
     good: np.ndarray
 
 
-def fields_of(patches, level):
-    """Fields around corners, looked at in a Level."""
-    a, b = np.meshgrid(QUADRANT, QUADRANT)
+def squares_around(patches, level):
+    """The squares around corners, sampled in a Level."""
+    a, b = np.meshgrid(SQUARE_SAMPLES, SQUARE_SAMPLES)
     s = np.concatenate([x * a.ravel() for x in (1, -1, -1, 1)])
     t = np.concatenate([y * b.ravel() for y in (1, 1, -1, -1)])
     grey = sampled(level, patches.at(s, t)).reshape(-1, 4, a.size)
@@ -146,29 +147,31 @@ def fields_of(patches, level):
     step = (fields - np.roll(fields, -1, axis=1)) * [1, -1, 1, -1]
     sign = np.sign(step.sum(axis=1))
     step *= sign[:, None]
-    least, most = step.min(axis=1), step.max(axis=1)
-    return Fields(least > LEAST_EVEN * np.maximum(most, 1e-6), sign, least)
+    smallest, largest = step.min(axis=1), step.max(axis=1)
+    return CornerSquares(
+        smallest > MIN_CONTRAST_RATIO * np.maximum(largest, 1e-6), sign, smallest
+    )
 
 
-def uneven(patches, level):
-    """By how much corners differ from themselves after half a turn, in a Level: (N,).
+def asymmetry(patches, level):
+    """Deviation (N,) of corners from 180-degree point symmetry, in a Level.
 
-    The four fields of a corner are the same after half a turn about it, however they
-    are blurred; what covers part of it, or an edge of a shadow across it, is not.
-    Returned is the root of the share of the odd part in the window, without a slope of
-    the light and without what the level's noise explains.
+    The four squares around a corner are point-symmetric, however they are blurred. An
+    occluder of a part, or the edge of a shadow across the corner, is not. The result is
+    the root of the odd part's share of the window's variance, without the gradient of
+    the light and without the level's noise.
     """
-    _, even, odd, _ = _even_and_odd(patches, level, TURNED_SAMPLES)
-    noise = SMOOTHED_NOISE * level.noise / np.sqrt(2)
+    _, even, odd, _ = _even_and_odd(patches, level, N_SYMMETRY_SAMPLES)
+    noise = SMOOTHED_NOISE_SD * level.noise / np.sqrt(2)
     share = np.maximum((odd**2).mean(axis=1) - noise**2, 0)
     return np.sqrt(share / np.maximum((even**2).mean(axis=1), 1e-6))
 
 
-def half_turned(patches, level, samples):
-    """How far (N,) px corners are from where half a turn says they are, in a Level.
+def symmetry_shift(patches, level, samples):
+    """Distance (N,) px of corners from their centre of 180-degree symmetry, in a Level.
 
-    That is the place about which the window is nearest to even, see `uneven`; samples:
-    along it.
+    The centre is the point about which the window is closest to even (`asymmetry`);
+    samples: along the window.
     """
     k, even, odd, flat = _even_and_odd(patches, level, samples)
     field = even.reshape(-1, len(k), len(k))
@@ -181,15 +184,15 @@ def half_turned(patches, level, samples):
 
 
 def _even_and_odd(patches, level, samples):
-    """Places (samples,) along a window, its even and its odd part (N, samples^2).
+    """Positions (samples,) along a window, its even and its odd part (N, samples^2).
 
-    Of the even part its mean is taken off, of the odd part a slope of the light, as by
-    the function that is returned with them.
+    The mean of the even part and the linear gradient of the odd part are removed. The
+    function that removes the gradient is returned as well.
     """
-    k = np.linspace(-TURNED, TURNED, samples)
+    k = np.linspace(-SYMMETRY_HALF_WINDOW_STEPS, SYMMETRY_HALF_WINDOW_STEPS, samples)
     t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
-    here, turned = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
-    even, odd = (here + turned) / 2, (here - turned) / 2
+    grey, rotated = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
+    even, odd = (grey + rotated) / 2, (grey - rotated) / 2
     slope = np.column_stack([s, t]) / np.linalg.norm(s)
 
     def flat(values):
@@ -199,7 +202,7 @@ def _even_and_odd(patches, level, samples):
 
 
 def sampled(level, pixels):
-    """Grey (N, M) of a Level at image px (N, M, 2); the rim's beyond the image."""
+    """Grey levels (N, M) of a Level at image px (N, M, 2); border levels outside."""
     import cv2
 
     at = (pixels / level.scale).astype(np.float32)
@@ -207,18 +210,18 @@ def sampled(level, pixels):
     return remapped(level.grey, u, v, cv2.BORDER_REPLICATE)
 
 
-def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
-    """Corners where the edges of their patches cross: `Placed`.
+def localise_corners(patches, level, window_px=MAX_HALF_WINDOW_PX, effort=FULL_EFFORT):
+    """Corners where the edges of their patches cross: `LocalisedCorners`.
 
-    In the window every gradient should be across the line to the corner: the corner
-    minimises the sum of (g . (x - q))^2, iterated until it stays. The mean of the
-    gradients is taken off them first: about a corner it vanishes, so what is there is
-    the slope of the light, or blur that is not even, and pulls the corner aside. The
-    standard deviation is that of the level's noise carried through this fit.
+    In the window every gradient should be perpendicular to the line to the corner. The
+    corner minimises the sum of (g . (x - q))^2, iterated until it is stationary. The
+    mean of the gradients is removed first. It vanishes around a corner, so that a
+    non-zero mean is a gradient of the light or uneven blur, which would bias the
+    corner. The standard deviation is the level's noise propagated through this fit.
     """
     size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
     window = window_px * level.scale
-    half = np.minimum(WINDOW, window / np.maximum(size, 1e-6))
+    half = np.minimum(HALF_WINDOW_STEPS, window / np.maximum(size, 1e-6))
     k = np.arange(-effort.half, effort.half + 1) / effort.half
     b, a = np.meshgrid(k, k, indexing="ij")
     x = np.stack([a.ravel(), b.ravel()], axis=1).astype(np.float32)
@@ -232,20 +235,20 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
         g = _slopes(level, local, half[active], weight, effort.half)
         gradients[active] = g
         shift = _solved(g, x, weight) * half[active]
-        shift = np.clip(shift, -FARTHEST, FARTHEST)
+        shift = np.clip(shift, -MAX_SHIFT_STEPS, MAX_SHIFT_STEPS)
         move = shift[:, :1] * local.u + shift[:, 1:] * local.v
         points[active] += move
         now = now._replace(p=points)
-        active = active[np.linalg.norm(move, axis=1) > effort.still]
+        active = active[np.linalg.norm(move, axis=1) > effort.tolerance_px]
         if not len(active):
             break
     window = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
-    follows = _follows(level, now, half, x, weight, effort.half)
-    sd = _sd_of_noise(gradients, x, weight, window, follows, level)
-    apart = _near_and_far(gradients, x, weight, window, level)
+    follows = _window_response(level, now, half, x, weight, effort.half)
+    sd = _noise_sd_px(gradients, x, weight, window, follows, level)
+    disagreement = _inner_outer_difference(gradients, x, weight, window, level)
     misfit = _misfit(gradients, x, weight)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
-    return Placed(points, sd, apart, misfit, away < FARTHEST)
+    return LocalisedCorners(points, sd, disagreement, misfit, away < MAX_SHIFT_STEPS)
 
 
 def _slopes(level, patches, half, weight, samples):
@@ -256,17 +259,17 @@ def _slopes(level, patches, half, weight, samples):
     return g - (weight[:, None] * g).sum(axis=1, keepdims=True) / weight.sum()
 
 
-def _follows(level, patches, half, x, weight, samples):
-    """By how much q falls where the window is moved on, (N, 2, 2), about 1.
+def _window_response(level, patches, half, x, weight, samples):
+    """Decrease of q when the window is shifted, (N, 2, 2), about 1.
 
-    A window in the middle of its corner sees the four fields evenly; beside it, what it
-    takes in and what it leaves out move q as well.
+    A centred window contains equal parts of the four squares. When it is shifted, the
+    squares that enter and leave it move q as well.
     """
     change = np.empty((len(half), 2, 2))
     for axis, along in enumerate((patches.u, patches.v)):
-        aside = ASIDE * half[:, axis : axis + 1] * along
-        g = _slopes(level, patches.moved(aside), half, weight, samples)
-        change[..., axis] = -_solved(g, x, weight) / ASIDE
+        shift = TEST_SHIFT_FRACTION * half[:, axis : axis + 1] * along
+        g = _slopes(level, patches.moved(shift), half, weight, samples)
+        change[..., axis] = -_solved(g, x, weight) / TEST_SHIFT_FRACTION
     return change
 
 
@@ -291,37 +294,38 @@ def _normal(g, x, weight):
     return A, (wg * toward[..., None]).sum(axis=1)
 
 
-def _sd_of_noise(g, x, weight, window, follows, level):
-    """SD (N,) px that the level's noise gives to corners; window: see `variances`.
+def _noise_sd_px(g, x, weight, window, follows, level):
+    """SD (N,) px of corners from the level's noise; window: see `variances`.
 
-    Infinite where no window follows its corner.
+    Infinite where the fit does not respond to a shift of the window.
     """
     _, moved = influences(g, x, weight)
-    some = np.linalg.det(follows) > LEAST_FOLLOWING
-    px = window @ np.linalg.inv(np.where(some[:, None, None], follows, np.eye(2)))
+    invertible = np.linalg.det(follows) > MIN_RESPONSE_DET
+    px = window @ np.linalg.inv(np.where(invertible[:, None, None], follows, np.eye(2)))
     in_px = np.einsum("nab,nbkc->nakc", px, moved)
     variance = variances(in_px, window, level).mean(axis=1)
-    return np.where(some, np.sqrt(variance), np.inf)
+    return np.where(invertible, np.sqrt(variance), np.inf)
 
 
-def _near_and_far(g, x, weight, window, level):
-    """How far two parts of a window disagree about a corner, (N, 2): across u and v.
+def _inner_outer_difference(g, x, weight, window, level):
+    """Disagreement of two parts of a window about its corner, (N, 2): along u and v.
 
-    In SDs of what the level's noise alone would make of it. The near and the far part
-    of the edges say independently of each other where the corner is. Whatever is the
-    same after half a turn about it (blur, motion, thick ink, clipped whites, edges
-    that cross at a sharp angle) moves neither.
+    In SDs of the level's noise alone. The inner and the outer part of the edges
+    determine the corner independently. Point-symmetric disturbances (blur, motion blur,
+    thick ink, clipped whites, edges that cross at a sharp angle) move neither.
     """
-    near = np.abs(x).max(axis=1) <= NEAR_PART
-    (here, moved), (there, also) = (
-        influences(g, x, weight, part) for part in (near, ~near)
+    is_inner = np.abs(x).max(axis=1) <= INNER_FRACTION
+    (inner, moved), (outer, outer_moved) = (
+        influences(g, x, weight, part) for part in (is_inner, ~is_inner)
     )
-    return (here - there) / np.sqrt(variances(moved - also, window, level) + 1e-12)
+    return (inner - outer) / np.sqrt(
+        variances(moved - outer_moved, window, level) + 1e-12
+    )
 
 
 def _misfit(g, x, weight):
-    """Share (N,) of the edges' strength that does not point at the corner."""
-    off = (g * x).sum(axis=2)
+    """Fraction (N,) of the edge strength that does not point at the corner."""
+    across = (g * x).sum(axis=2)
     length = np.sqrt((g**2).sum(axis=2) * (x**2).sum(axis=1))
     total = np.maximum((weight * length**2).sum(axis=1), 1e-9)
-    return (weight * off**2).sum(axis=1) / total
+    return (weight * across**2).sum(axis=1) / total

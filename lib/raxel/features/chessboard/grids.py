@@ -1,4 +1,4 @@
-"""From a lattice of links to a grid of verified corners: checked, filled, run on."""
+"""From a lattice of links to a grid of verified corners."""
 
 from __future__ import annotations
 
@@ -8,91 +8,94 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from raxel.features.chessboard.corners import (
-    FULL,
-    QUICK,
-    TURNED,
-    WINDOW,
-    fields_of,
-    half_turned,
-    placed,
-    uneven,
+    FULL_EFFORT,
+    HALF_WINDOW_STEPS,
+    QUICK_EFFORT,
+    SYMMETRY_HALF_WINDOW_STEPS,
+    asymmetry,
+    localise_corners,
+    squares_around,
+    symmetry_shift,
 )
 
-# How certain corners are by what their own edges say. The noise of single pixels does
-# not tell how well a corner is placed in a picture that was compressed, smoothed or
-# clipped, nor what pixels do to edges that are sharper than they: its errors are
-# alike over many pixels. But the near and the far part of a corner's window say
-# independently of each other where it lies (`corners.Placed.apart`). How far they are
-# apart, in SDs of what noise alone would do, says how many times larger than that of
-# noise the error of the corner itself is. One corner says it badly; those around it
-# lie in the same light and blur.
+# Uncertainty of corners from their own edges. Pixel noise alone does not determine the
+# error of a corner in an image that was compressed, smoothed or clipped, nor the
+# aliasing of edges sharper than pixels: such errors are correlated over many pixels.
+# But the inner and the outer part of a corner's window determine it independently
+# (`corners.LocalisedCorners.disagreement`). Their difference, in SDs of what noise
+# alone explains, estimates the ratio of the actual error to that of noise. One corner
+# gives a poor estimate; its neighbours share its light and blur.
 
 
-# How far neighbours count: weights fall off with this SD, in steps.
-NEAR = 1.5
-# As much as so many numbers, of which each corner has two, is known beforehand: of
-# a board, that errors are those of noise; of a corner, that they are its board's.
-BEFORE, OF_BOARD = 2.0, 2.0
-# What stands out by more SDs than these is one corner's, and no neighbour's. So many
-# rounds, each with the last one's SDs, leave little of the largest, also where a row of
-# corners lies in the edge of a shadow: it is a third of those around its neighbours.
-STANDS_OUT, AGREEMENT_ROUNDS = 1.5, 12
-# Of the variance of a Gaussian, what is left where it is cut at so many SDs.
-LEFT = 0.778
-# A corner whose own parts disagree by more than this many SDs is less certain than its
-# neighbours; up to there it is chance.
-CHANCE = 2.5
+# SD in steps of the Gaussian weights of neighbours.
+NEIGHBOUR_SIGMA_STEPS = 1.5
+# Prior weights, in numbers (each corner gives two): for a board, that the errors are
+# those of noise; for a corner, that its errors are those of its board.
+BOARD_PRIOR_WEIGHT, CORNER_PRIOR_WEIGHT = 2.0, 2.0
+# A larger deviation, in SDs, belongs to one corner and not to its neighbours. So many
+# rounds, each with the SDs of the last, leave little of the largest one, also where a
+# row of corners is in the edge of a shadow: it is a third of its neighbourhood.
+CLIP_SIGMAS, N_CLIP_ROUNDS = 1.5, 12
+# Fraction of the variance of a Gaussian that clipping at CLIP_SIGMAS leaves.
+CLIPPED_VARIANCE = 0.778
+# A corner whose two parts disagree by more than this many SDs is less certain than its
+# neighbours; up to there the difference is a statistical fluctuation.
+CHANCE_SIGMAS = 2.5
 
 
-def times_noise(apart):
-    """How many times the SD of noise corners err, (rows, columns).
+def noise_ratio(disagreement):
+    """Ratio of the errors of corners to those of noise alone, (rows, columns).
 
-    apart: (rows, columns, 2), see `corners.Placed`, NaN where there is no corner.
+    disagreement: (rows, columns, 2), see `corners.LocalisedCorners`, NaN where there is
+    no corner.
     """
-    known = np.isfinite(apart[..., 0])
-    square = np.where(known[..., None], apart, 0.0) ** 2
+    known = np.isfinite(disagreement[..., 0])
+    square = np.where(known[..., None], disagreement, 0.0) ** 2
     usual = np.full(known.shape, np.inf)
-    for _ in range(AGREEMENT_ROUNDS):
-        cut = np.minimum(square, (STANDS_OUT**2 * usual)[..., None])
-        usual = _around(cut / LEFT, known)
-    own = np.sqrt(square.max(axis=2)) / CHANCE
+    for _ in range(N_CLIP_ROUNDS):
+        cut = np.minimum(square, (CLIP_SIGMAS**2 * usual)[..., None])
+        usual = _neighbourhood_mean(cut / CLIPPED_VARIANCE, known)
+    own = np.sqrt(square.max(axis=2)) / CHANCE_SIGMAS
     return np.where(known, np.maximum(np.sqrt(usual), own), np.nan)
 
 
-def at_most_usual(times):
-    """`times_noise` (rows, columns), none larger than the median of the board."""
+def clip_at_median(times):
+    """`noise_ratio` (rows, columns), clipped at the median of the board."""
     known = times[np.isfinite(times)]
     return np.minimum(times, np.median(known)) if len(known) else times
 
 
-def with_shift(sd, shift):
-    """SDs (N,) px of corners that half a turn moves by `shift` (N,) px.
+def add_shift_variance(sd, shift):
+    """SDs (N,) px of corners with a symmetry shift of `shift` (N,) px included.
 
-    Beyond chance it is theirs: what a whole window shares, a shadow's soft edge or a
-    stain, moves its near and its far part alike.
+    The part of the shift above a statistical fluctuation is added. A disturbance of the
+    whole window (the soft edge of a shadow, a stain) moves its inner and its outer part
+    alike.
     """
-    return np.hypot(sd, np.sqrt(np.maximum(shift**2 - (CHANCE * sd) ** 2, 0)))
+    return np.hypot(sd, np.sqrt(np.maximum(shift**2 - (CHANCE_SIGMAS * sd) ** 2, 0)))
 
 
-def _around(square, known):
-    """Mean (rows, columns) of numbers (rows, columns, 2) around every cell."""
-    board = (square.sum() + BEFORE) / (2 * np.count_nonzero(known) + BEFORE)
-    rows, columns = (_nearness(count) for count in known.shape)
+def _neighbourhood_mean(square, known):
+    """Weighted mean (rows, columns) of numbers (rows, columns, 2) around every cell."""
+    board = (square.sum() + BOARD_PRIOR_WEIGHT) / (
+        2 * np.count_nonzero(known) + BOARD_PRIOR_WEIGHT
+    )
+    rows, columns = (_neighbour_weights(count) for count in known.shape)
     total = rows @ square.sum(axis=2) @ columns
     count = rows @ (2.0 * known) @ columns
-    return (total + OF_BOARD * board) / (count + OF_BOARD)
+    return (total + CORNER_PRIOR_WEIGHT * board) / (count + CORNER_PRIOR_WEIGHT)
 
 
-def _nearness(count):
-    """Weights (count, count) of a row's cells for each other."""
+def _neighbour_weights(count):
+    """Weights (count, count) of the cells of a row for each other."""
     steps = np.subtract.outer(np.arange(count), np.arange(count))
-    return np.exp(-(steps**2) / (2 * NEAR**2))
+    return np.exp(-(steps**2) / (2 * NEIGHBOUR_SIGMA_STEPS**2))
 
 
-# The neighbourhood of each corner, as its own lattice bends it. Around corner p the
-# lattice is x(s, t) = p + s u + t v + s^2 uu + t^2 vv + s t w, with p's neighbours at
-# s, t = -1, 0, 1. In (s, t) the edges are straight and cross at right angles,
-# whatever the lens, so windows are squares there.
+# Local shape of the lattice. Around corner p the lattice is x(s, t) = p + s u + t v +
+# s^2 uu + t^2 vv + s t w, with the neighbours of p at s, t = -1, 0, 1. In (s, t) the
+# edges are straight and perpendicular under any lens distortion, so that windows are
+# squares.
 
 
 AXES = ((0, 1), (0, -1), (1, 0), (-1, 0))
@@ -116,17 +119,17 @@ class Patches(NamedTuple):
         return of.p + s * of.u + t * of.v + bent
 
     def moved(self, shift):
-        """The same shapes around corners moved by shift (N, 2) px."""
+        """The same shapes around corners shifted by (N, 2) px."""
         return self._replace(p=self.p + shift)
 
     def shrunk(self, share):
-        """The same bends, for (s, t) that are the share (N,) of theirs."""
+        """The same shapes in (s, t) scaled by share (N,)."""
         one = share[:, None]
         bent = (one**2 * a for a in (self.uu, self.vv, self.w))
         return Patches(self.p, one * self.u, one * self.v, *bent)
 
     def of(self, index):
-        """Some of them."""
+        """The patches with these indices."""
         return Patches(*(a[index] for a in self))
 
     @property
@@ -136,7 +139,7 @@ class Patches(NamedTuple):
 
 
 def shifted(grid, rows, columns):
-    """grid[i + rows, j + columns], NaN beyond its ends; grid (rows, columns, ...)."""
+    """grid[i + rows, j + columns], NaN outside; grid (rows, columns, ...)."""
     out = np.full_like(grid, np.nan)
     height, width = grid.shape[:2]
     i, j = (
@@ -153,10 +156,10 @@ def shifted(grid, rows, columns):
 
 
 def predicted(grid):
-    """Where each corner should be, from the others: (rows, columns, 2), NaN unknown.
+    """Predict each corner from the others: (rows, columns, 2), NaN where unknown.
 
-    The middle of neighbours on both sides, where there are such; else the median of
-    lines run on and of parallelograms.
+    The mean of neighbours on both sides, where both exist. Otherwise the median of
+    lines extrapolated and of parallelograms.
     """
     near = {d: shifted(grid, *d) for d in AXES}
     far = {d: shifted(grid, 2 * d[0], 2 * d[1]) for d in AXES}
@@ -182,9 +185,9 @@ def predicted(grid):
 def _median(arrays):
     stack = np.stack(arrays)
     known = np.isfinite(stack).all(axis=-1)
-    some = known.any(axis=0)
-    stack[:, ~some] = 0
-    known[:, ~some] = True
+    any_known = known.any(axis=0)
+    stack[:, ~any_known] = 0
+    known[:, ~any_known] = True
     ordered = np.sort(np.where(known[..., None], stack, np.inf), axis=0)
     count = known.sum(axis=0)
     low, high = (count - 1) // 2, count // 2
@@ -192,15 +195,15 @@ def _median(arrays):
         np.take_along_axis(ordered, k[None, ..., None], axis=0)[0] for k in (low, high)
     ]
     middle = (pick[0] + pick[1]) / 2
-    middle[~some] = np.nan
+    middle[~any_known] = np.nan
     return middle
 
 
 def patches_of(grid):
     """(Patches, rows (N,), columns (N,)) of the corners of a grid that have a shape.
 
-    Neighbours that are missing are predicted; corners alone in their row or column
-    have no shape.
+    Missing neighbours are predicted. A corner that is alone in its row or column has no
+    shape.
     """
     full = np.pad(grid, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
     guess = predicted(full)
@@ -225,9 +228,9 @@ def patches_of(grid):
 
 
 def side_patches_of(grid):
-    """As `patches_of`, of corners on the sides, with bends that change as inside.
+    """As `patches_of`, for corners on the sides, with extrapolated curvature.
 
-    `patches_of` gives a corner on a side the bend of the one next to it.
+    `patches_of` gives a corner on a side the curvature of the corner next to it.
     """
     full = np.pad(grid, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
     for a, b in AXES:
@@ -248,50 +251,52 @@ def _mean(arrays):
     return np.where(known, stack, 0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
 
 
-ROUNDS = 12
-SNAP, INNER_SNAP = 0.3, 0.45
-TAKEN_PX = 3.0
-LEAST_CONTRAST = 0.35
-# Of the median, in a lattice that is not checked yet: light may vary across it.
-FIRST_SHARE = 0.4
-MOST_MISFIT = 0.45
-# Most of a corner that is added, by those beside it: blur is alike there.
-MISFIT_RATIO, MISFIT_MORE = 1.7, 0.05
-LEAST_SPACING = 4.0
-LEAST_SIDE = 3
-# One in so many of a row or column may be missing. Chance patterns beside a board add
-# rows that are nearly empty; with two thirds of each seen, no row is one of those.
-ONE_MISSING_OF = 3
-FAKE_SHARE, FAKE_COUNT = 0.25, 2
-# Of a row beyond a board whose size is known: half of it is no chance any more.
-MOST_CHANCE = 0.5
-# Windows in px of the finest level: the next is taken where a corner is too uncertain.
-WINDOWS = (7.0, 14.0, 28.0)
-ALIKE, CLEARER = 1.2, 0.6
-SURE_SD, SURE_MISFIT = 0.03, 0.25
-SHARP_SD = 0.05
-# SD of what pixels do to edges as sharp as they are without its showing: both parts of
-# a window err alike. Of corners drawn without noise at random places, turned anyhow or
+MAX_GROWTH_ROUNDS = 12
+OUTER_SNAP_STEPS, INNER_SNAP_STEPS = 0.3, 0.45
+MIN_NODE_DISTANCE_PX = 3.0
+MIN_NEIGHBOUR_CONTRAST_RATIO = 0.35
+# Of the median, in a lattice not verified yet: light may vary across it.
+MIN_MEDIAN_CONTRAST_RATIO = 0.4
+MAX_LATTICE_MISFIT = 0.45
+# Largest misfit of an added corner, relative to its neighbours: blur is similar there.
+MAX_MISFIT_RATIO, MISFIT_MARGIN = 1.7, 0.05
+MIN_LATTICE_SPACING_PX = 4.0
+MIN_N_SIDE_CORNERS = 3
+# One in so many corners of a row or column may be missing. Chance patterns next to a
+# board add rows that are nearly empty. With two thirds of each row known, no row is one
+# of those.
+MIN_CORNERS_PER_MISSING = 3
+MAX_STRAY_FRACTION, MAX_N_STRAYS = 0.25, 2
+# For a known size: a row with half of its corners is not a chance pattern.
+MIN_ROW_FRACTION = 0.5
+# Half windows in px of the finest level: the next one is used where a corner is too
+# uncertain.
+HALF_WINDOWS_PX = (7.0, 14.0, 28.0)
+SIMILAR_MISFIT_RATIO, CLEARER_MISFIT_RATIO = 1.2, 0.6
+WIDER_WINDOW_SD_PX, WIDER_WINDOW_MISFIT = 0.03, 0.25
+MAX_SHARP_SD_PX = 0.05
+# SD of the aliasing of edges that are sharper than pixels, which both parts of a window
+# share. Measured on noise-free rendered corners at random positions, rotated freely or
 # along the pixels, blur 0.3 to 1.2 px.
-SAMPLING_PX = 0.002
-# Half covered corners of drawn boards are at 0.3 and above, whole ones of the recorded
-# photographs and of drawn boards in uneven light below 0.2.
-MOST_UNEVEN = 0.25
-# Three of them are a pixel.
-MOST_SD = 1 / 3
-# How far from a corner half a turn says where it is: beyond, edges bend otherwise than
-# the lattice about it says, where a lens bends strongly.
-TURNED_PX = 10.0
-# Samples along a window that half a turn moves: less than a pixel apart they say what
-# moves its corner; farther apart, what pixels do to edges as sharp as they are.
-DENSE, THIN = 24, 12
+SAMPLING_SD_PX = 0.002
+# Half occluded corners of rendered boards are at 0.3 and above. Whole corners of the
+# recorded images and of rendered boards in uneven light are below 0.2.
+MAX_ASYMMETRY = 0.25
+# A third of a pixel.
+MAX_CORNER_SD_PX = 1 / 3
+# Largest window of the symmetry test in px. In larger windows, under strong distortion,
+# edges deviate from the local shape of the lattice.
+MAX_SYMMETRY_WINDOW_PX = 10.0
+# Samples along the window of the symmetry test. Dense samples, less than a pixel apart,
+# measure what moves a corner; thin samples, farther apart, the aliasing of sharp edges.
+N_DENSE_SAMPLES, N_THIN_SAMPLES = 24, 12
 
 
 class Grid(NamedTuple):
-    """Verified corners of one lattice, (rows, columns, ...), NaN where there is none.
+    """Verified corners of one lattice, (rows, columns, ...), NaN where missing.
 
-    points px; sd: see `raxel.sets.model`; misfit: see `corners.Placed`;
-    contrast: smallest difference between neighbouring fields; sign: of the field
+    points px; sd: see `raxel.sets.model`; misfit: see `corners.LocalisedCorners`;
+    contrast: smallest difference between neighbouring squares; sign: of the square
     between rising rows and columns.
     """
 
@@ -318,24 +323,27 @@ class Grid(NamedTuple):
 
 
 def grid_of(start, nodes, level):
-    """The Grid that grows from corners `start` (rows, columns, 2), NaN where none.
+    """The Grid grown from corners `start` (rows, columns, 2), NaN where unknown.
 
-    nodes: (N, 2) px of corners that were seen, taken where the lattice says that one
-    should be; level: the finest. None if nothing of it stands the checks.
+    nodes: (N, 2) px of detected corners, used where the lattice predicts one; level:
+    the finest. None if no part of the lattice passes the checks.
     """
     rows, columns = start.shape[:2]
     empty = np.full((rows, columns), np.nan)
     blank = Grid(np.full_like(start, np.nan), *(empty.copy() for _ in range(4)))
     grid = accept_corners(blank, start, np.isfinite(start[..., 0]), level)
     grid = _largest_part(grid)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_GROWTH_ROUNDS):
         if grid.count < 4:
             return None
         grid = padded(_cropped(grid))
         before = grid.count
-        for wanted, snap in (_holes(grid), INNER_SNAP), (_rim(grid), SNAP):
+        for wanted, snap in (
+            (_holes(grid), INNER_SNAP_STEPS),
+            (_outer_neighbours(grid), OUTER_SNAP_STEPS),
+        ):
             guess = predicted(grid.points)
-            near = _snapped(guess, grid.points, nodes, snap)
+            near = _snap_to_nodes(guess, grid.points, nodes, snap)
             for trial in (near, guess):
                 if grid.count == before:
                     grid = accept_corners(grid, trial, wanted, level)
@@ -345,63 +353,66 @@ def grid_of(start, nodes, level):
     return grid if grid.count >= 4 else None
 
 
-def settled(grid, levels):
-    """A complete grid with every corner placed as well as can be.
+def refine_grid(grid, levels):
+    """A complete grid with every corner localised as precisely as possible.
 
-    levels: from smooth to sharp; a sharper one is taken where noise leaves a corner
-    certain in it, for smoothing moves corners of small squares. The SD is that of the
-    pixels' noise, as many times larger as edges say (`agreement`), what pixels do
-    (SAMPLING_PX), and by how much half a turn moves the corner beyond chance.
-    A corner of which something covers a part has an infinite SD: edges of what covers
-    it take part in the fit, and nothing in the fit tells. So has one that half a turn
-    moves by more than MOST_SD and by more than chance does, which is taken as usual on
-    the board: a row along the edge of a shadow disagrees with itself.
+    levels: from smooth to sharp. A sharper level is used where noise leaves a corner
+    certain in it, since smoothing biases corners of small squares. The SD is that of
+    pixel noise, scaled by `noise_ratio`, plus the aliasing of pixels (SAMPLING_SD_PX)
+    and the symmetry shift above fluctuations. An occluded corner has an infinite SD,
+    since the edges of the occluder take part in the fit undetected. So has a corner
+    with a symmetry shift above MAX_CORNER_SD_PX and above fluctuations, whose SD is
+    clipped at the median of the board: a row along the edge of a shadow disagrees with
+    itself.
     """
     grid = Grid(*(a.copy() for a in grid))
-    apart = np.full((*grid.known.shape, 2), np.nan)
+    disagreement = np.full((*grid.known.shape, 2), np.nan)
     for number, level in enumerate(levels):
         patches, i, j = patches_of(grid.points)
-        put = placed_well(patches, level, FULL)
-        better = put.good & ((number == 0) | (put.sd < SHARP_SD))
-        grid.sd[i, j] = np.where(put.good, grid.sd[i, j], np.inf)
+        found = localise_in_windows(patches, level, FULL_EFFORT)
+        better = found.good & ((number == 0) | (found.sd < MAX_SHARP_SD_PX))
+        grid.sd[i, j] = np.where(found.good, grid.sd[i, j], np.inf)
         i, j = i[better], j[better]
-        grid.points[i, j], grid.sd[i, j] = put.points[better], put.sd[better]
-        grid.misfit[i, j] = put.misfit[better]
-        apart[i, j] = put.apart[better]
-    times = times_noise(apart)
+        grid.points[i, j], grid.sd[i, j] = found.points[better], found.sd[better]
+        grid.misfit[i, j] = found.misfit[better]
+        disagreement[i, j] = found.disagreement[better]
+    times = noise_ratio(disagreement)
     sd, chance = (
-        np.hypot(grid.sd * k, SAMPLING_PX) for k in (times, at_most_usual(times))
+        np.hypot(grid.sd * k, SAMPLING_SD_PX) for k in (times, clip_at_median(times))
     )
     patches, i, j = patches_of(grid.points)
-    near = patches.shrunk(_near_share(patches, levels[0]))
-    thin = half_turned(near, levels[0], THIN)
-    off = (thin > MOST_SD) & (thin > CHANCE * chance[i, j])
-    off |= uneven(patches, levels[0]) > MOST_UNEVEN
+    near = patches.shrunk(_window_fraction(patches, levels[0]))
+    thin = symmetry_shift(near, levels[0], N_THIN_SAMPLES)
+    rejected = (thin > MAX_CORNER_SD_PX) & (thin > CHANCE_SIGMAS * chance[i, j])
+    rejected |= asymmetry(patches, levels[0]) > MAX_ASYMMETRY
     shift = np.full(sd.shape, np.nan)
-    shift[i, j] = half_turned(near, levels[0], DENSE)
-    shift = _at_sides(shift, grid.points, levels[0])[i, j]
-    sd[i, j] = with_shift(np.maximum(sd[i, j], thin / CHANCE), shift)
-    sd[i, j] = np.where(off, np.inf, sd[i, j])
+    shift[i, j] = symmetry_shift(near, levels[0], N_DENSE_SAMPLES)
+    shift = _replace_side_shifts(shift, grid.points, levels[0])[i, j]
+    sd[i, j] = add_shift_variance(np.maximum(sd[i, j], thin / CHANCE_SIGMAS), shift)
+    sd[i, j] = np.where(rejected, np.inf, sd[i, j])
     return grid._replace(sd=sd)
 
 
-def _at_sides(shift, points, level):
-    """Shifts (rows, columns), at the sides those by the bend that suits better.
+def _replace_side_shifts(shift, points, level):
+    """Shifts (rows, columns), at the sides those of the better of two curvatures.
 
-    Nobody sees how the lattice bends there, and an even window tells.
+    The curvature of the lattice is not observed there. The one with the smaller
+    symmetry shift is used.
     """
     patches, i, j = side_patches_of(points)
-    if not len(i):  # part of a board whose outer lines nobody sees
+    if not len(i):  # part of a board without its outer lines
         return shift
-    near = patches.shrunk(_near_share(patches, level))
-    shift[i, j] = np.fmin(shift[i, j], half_turned(near, level, DENSE))
+    near = patches.shrunk(_window_fraction(patches, level))
+    shift[i, j] = np.fmin(shift[i, j], symmetry_shift(near, level, N_DENSE_SAMPLES))
     return shift
 
 
-def _near_share(patches, level):
-    """Share (N,) of the spacing that a window of TURNED_PX is, where it is less."""
+def _window_fraction(patches, level):
+    """Fraction (N,) of the spacing of a MAX_SYMMETRY_WINDOW_PX window, at most 1."""
     longer = np.maximum(*(np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)))
-    return np.minimum(1, TURNED_PX * level.scale / (TURNED * longer))
+    return np.minimum(
+        1, MAX_SYMMETRY_WINDOW_PX * level.scale / (SYMMETRY_HALF_WINDOW_STEPS * longer)
+    )
 
 
 def _holes(grid):
@@ -411,8 +422,8 @@ def _holes(grid):
     return ~grid.known & ((right & left) | (below & above))
 
 
-def _rim(grid):
-    """Other cells beside a corner."""
+def _outer_neighbours(grid):
+    """Other cells next to a corner."""
     side = [np.isfinite(shifted(grid.points, *d)[..., 0]) for d in AXES]
     return ~grid.known & np.any(side, axis=0) & ~_holes(grid)
 
@@ -427,7 +438,7 @@ def accept_corners(
     grid : Grid
         Verified corners.
     trial : np.ndarray
-        (rows, columns, 2) px (u, v), NaN where there is none.
+        (rows, columns, 2) px (u, v), NaN where unknown.
     wanted : np.ndarray
         (rows, columns) bool: cells to be tested. Known cells stay as they are.
     level : saddles.Level
@@ -446,65 +457,78 @@ def accept_corners(
     if not new.any():
         return grid
     patches, i, j = patches.of(new), i[new], j[new]
-    put = placed_well(patches, level, QUICK)
-    patches = patches._replace(p=put.points)
-    fields = fields_of(patches, level)
+    found = localise_in_windows(patches, level, QUICK_EFFORT)
+    patches = patches._replace(p=found.points)
+    fields = squares_around(patches, level)
     parity = np.where((i + j) % 2 == 0, fields.sign, -fields.sign)
     flip = np.where(np.add.outer(*map(np.arange, known.shape)) % 2 == 0, 1, -1)
     common = np.nansum(grid.sign * flip) if known.any() else parity.sum()
     height, width = level.grey.shape
-    rim = level.scale * np.array([width - 2, height - 2])
-    inside = np.all((put.points > level.scale) & (put.points < rim), axis=1)
-    good = put.good & fields.alternate & (parity * common > 0) & inside
-    good &= (put.misfit < MOST_MISFIT) & (patches.size > LEAST_SPACING)
+    upper = level.scale * np.array([width - 2, height - 2])
+    inside = np.all((found.points > level.scale) & (found.points < upper), axis=1)
+    good = found.good & fields.alternate & (parity * common > 0) & inside
+    good &= (found.misfit < MAX_LATTICE_MISFIT) & (
+        patches.size > MIN_LATTICE_SPACING_PX
+    )
     if known.any():
-        good &= fields.contrast > LEAST_CONTRAST * _beside(grid.contrast, np.fmin)[i, j]
-        usual = _beside(grid.misfit, np.fmax)[i, j]
-        good &= put.misfit < MISFIT_RATIO * usual + MISFIT_MORE
+        good &= (
+            fields.contrast
+            > MIN_NEIGHBOUR_CONTRAST_RATIO
+            * _extreme_around(grid.contrast, np.fmin)[i, j]
+        )
+        usual = _extreme_around(grid.misfit, np.fmax)[i, j]
+        good &= found.misfit < MAX_MISFIT_RATIO * usual + MISFIT_MARGIN
     elif good.any():
-        good &= fields.contrast > FIRST_SHARE * np.median(fields.contrast[good])
+        good &= fields.contrast > MIN_MEDIAN_CONTRAST_RATIO * np.median(
+            fields.contrast[good]
+        )
     i, j = i[good], j[good]
     filled = Grid(*(a.copy() for a in grid))
-    filled.points[i, j] = put.points[good]
-    filled.sd[i, j] = put.sd[good]
-    filled.misfit[i, j] = put.misfit[good]
+    filled.points[i, j] = found.points[good]
+    filled.sd[i, j] = found.sd[good]
+    filled.misfit[i, j] = found.misfit[good]
     filled.contrast[i, j] = fields.contrast[good]
     filled.sign[i, j] = fields.sign[good]
     return filled
 
 
-def placed_well(patches, level, effort):
-    """As `placed`, each corner in the first window that suits it.
+def localise_in_windows(patches, level, effort):
+    """As `localise_corners`, each corner in the first window that suits it.
 
-    Wider ones are for corners that noise leaves uncertain, and for those whose edges do
-    not meet in a point: blur fills the window, more so between edges at a sharp angle.
+    Wider windows are for corners that noise leaves uncertain, and for corners whose
+    edges do not meet in a point: blur fills the window, more so between edges at a
+    sharp angle.
     """
-    best = placed(patches, level, WINDOWS[0], effort)
+    best = localise_corners(patches, level, HALF_WINDOWS_PX[0], effort)
     longer = np.maximum(*(np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)))
-    for last, window in pairwise(WINDOWS):
-        unsure = (best.sd > SURE_SD) | (best.misfit > SURE_MISFIT) | ~best.good
-        again = np.flatnonzero(
-            unsure & (WINDOW * longer > effort.wider * last * level.scale)
+    for last, window in pairwise(HALF_WINDOWS_PX):
+        unsure = (
+            (best.sd > WIDER_WINDOW_SD_PX)
+            | (best.misfit > WIDER_WINDOW_MISFIT)
+            | ~best.good
         )
-        if not len(again):
+        retried = np.flatnonzero(
+            unsure & (HALF_WINDOW_STEPS * longer > effort.widening * last * level.scale)
+        )
+        if not len(retried):
             break
-        other = placed(patches.of(again), level, window, effort)
-        sharper = other.sd < best.sd[again]
-        alike = other.misfit < ALIKE * best.misfit[again]
-        clearer = other.misfit < CLEARER * best.misfit[again]
-        better = ~best.good[again] | (sharper & alike) | clearer
-        _replaced(best, other, again, other.good & better)
+        other = localise_corners(patches.of(retried), level, window, effort)
+        sharper = other.sd < best.sd[retried]
+        similar = other.misfit < SIMILAR_MISFIT_RATIO * best.misfit[retried]
+        clearer = other.misfit < CLEARER_MISFIT_RATIO * best.misfit[retried]
+        better = ~best.good[retried] | (sharper & similar) | clearer
+        _replace_rows(best, other, retried, other.good & better)
     return best
 
 
-def _replaced(best, other, again, better):
-    """Put the better ones of `other` in the places `again` of `best`."""
+def _replace_rows(best, other, rows, better):
+    """Copy the better ones of `other` into the rows `rows` of `best`."""
     for mine, theirs in zip(best, other, strict=True):
-        mine[again[better]] = theirs[better]
+        mine[rows[better]] = theirs[better]
 
 
-def _beside(values, choose):
-    """Smallest or largest (np.fmin, np.fmax) value among the eight around each cell.
+def _extreme_around(values, choose):
+    """Smallest or largest (np.fmin, np.fmax) of the eight values around each cell.
 
     Smallest contrast, since light may fall off steeply across a board.
     """
@@ -512,7 +536,7 @@ def _beside(values, choose):
     return choose.reduce(around)
 
 
-def _snapped(guess, grid, nodes, share):
+def _snap_to_nodes(guess, grid, nodes, share):
     """Guesses (rows, columns, 2) moved to a node within this share of a step."""
     from raxel.features.chessboard.compiled import nearest
 
@@ -524,11 +548,11 @@ def _snapped(guess, grid, nodes, share):
         np.where(np.isfinite(steps), steps, np.inf)[:, i, j], axis=0
     )
     known = grid[np.isfinite(grid[..., 0])]
-    nodes = nodes[nearest(nodes, known)[1] >= TAKEN_PX]
+    nodes = nodes[nearest(nodes, known)[1] >= MIN_NODE_DISTANCE_PX]
     if not len(nodes):
         return guess
-    index, apart = nearest(guess[i, j], nodes)
-    near = apart < reach
+    index, distance = nearest(guess[i, j], nodes)
+    near = distance < reach
     guess = guess.copy()
     guess[i[near], j[near]] = nodes[index[near]]
     return guess
@@ -553,61 +577,70 @@ def _cropped(grid):
     return Grid(*(a[i[0] : i[-1] + 1, j[0] : j[-1] + 1] for a in grid))
 
 
-def holed(grid, gone):
-    """The grid with no corners in the cells `gone` (rows, columns) bool."""
-    left = Grid(*(a.copy() for a in grid))
-    for a in left:
-        a[gone] = np.nan
-    return left
+def mask_corners(grid, removed):
+    """The grid without the corners in the cells `removed` (rows, columns) bool."""
+    masked = Grid(*(a.copy() for a in grid))
+    for a in masked:
+        a[removed] = np.nan
+    return masked
 
 
-def without(grid, gone):
-    """As `holed`, and without the rows and columns at the sides that are empty then."""
-    return _cropped(holed(grid, gone))
+def without(grid, removed):
+    """As `mask_corners`, also without side rows and columns that become empty."""
+    return _cropped(mask_corners(grid, removed))
 
 
-def nearly_complete(grid):
-    """Whether a grid may be a whole board that lacks some corners (ONE_MISSING_OF)."""
+def is_nearly_complete(grid):
+    """Whether a grid may be a whole board with some corners missing.
+
+    At most one in MIN_CORNERS_PER_MISSING of each row and column may be missing.
+    """
     missing = ~grid.known
     few = all(
-        (ONE_MISSING_OF * missing.sum(axis=axis) <= missing.shape[axis]).all()
+        (MIN_CORNERS_PER_MISSING * missing.sum(axis=axis) <= missing.shape[axis]).all()
         for axis in (0, 1)
     )
-    return min(missing.shape) >= LEAST_SIDE and few
+    return min(missing.shape) >= MIN_N_SIDE_CORNERS and few
 
 
 def trimmed(grid):
-    """The grid without side rows that hold next to nothing, if little then is missing.
+    """The grid without nearly empty side rows, if few corners are missing then.
 
-    What stands there by itself is a chance pattern beside the board.
+    Isolated corners there are a chance pattern next to the board.
     """
-    left = grid
-    while min(left.known.shape) > LEAST_SIDE and not nearly_complete(left):
-        gone, count, length = _emptiest_side(left)
-        if count > min(FAKE_COUNT, FAKE_SHARE * length):
+    result = grid
+    while min(result.known.shape) > MIN_N_SIDE_CORNERS and not is_nearly_complete(
+        result
+    ):
+        removed, count, length = _emptiest_side(result)
+        if count > min(MAX_N_STRAYS, MAX_STRAY_FRACTION * length):
             break
-        left = without(left, gone)
-    return left if nearly_complete(left) else grid
+        result = without(result, removed)
+    return result if is_nearly_complete(result) else grid
 
 
 def cut_to(grid, sizes):
     """The grid without side rows that are mostly empty, if it then has one of `sizes`.
 
-    For a size that somebody knows: a row of which less than half is seen (MOST_CHANCE),
-    beyond a board of this size with two thirds of each row, is a chance pattern in the
-    board's border. A row with half of its corners or more may be the board's own.
+    For a known size: a row of which less than MIN_ROW_FRACTION is known, outside a
+    board of this size with two thirds of each row, is a chance pattern in the board's
+    border. A row with half of its corners or more may be the board's own.
     """
-    left = grid
-    while min(left.known.shape) > LEAST_SIDE and left.known.shape not in sizes:
-        gone, count, length = _emptiest_side(left)
-        if count >= MOST_CHANCE * length:
+    result = grid
+    while (
+        min(result.known.shape) > MIN_N_SIDE_CORNERS and result.known.shape not in sizes
+    ):
+        removed, count, length = _emptiest_side(result)
+        if count >= MIN_ROW_FRACTION * length:
             break
-        left = without(left, gone)
-    return left if left.known.shape in sizes and nearly_complete(left) else grid
+        result = without(result, removed)
+    return (
+        result if result.known.shape in sizes and is_nearly_complete(result) else grid
+    )
 
 
 def _emptiest_side(grid):
-    """(cells (rows, columns) bool, corners there, cells there) of the emptiest side."""
+    """(cells (rows, columns) bool, known corners, cells) of the emptiest side."""
     known = grid.known
     sides = {
         (0, 0): known[0],
@@ -616,13 +649,13 @@ def _emptiest_side(grid):
         (1, -1): known[:, -1],
     }
     (axis, end), row = min(sides.items(), key=lambda side: side[1].mean())
-    gone = np.zeros_like(known)
-    gone[(slice(None),) * axis + (end,)] = True
-    return gone, row.sum(), len(row)
+    cells = np.zeros_like(known)
+    cells[(slice(None),) * axis + (end,)] = True
+    return cells, row.sum(), len(row)
 
 
 def _largest_part(grid):
-    """The grid with its largest set of corners that are neighbours."""
+    """The grid reduced to its largest connected set of corners."""
     import cv2
 
     known = grid.known.astype(np.uint8)

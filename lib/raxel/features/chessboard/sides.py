@@ -1,39 +1,41 @@
-"""Is a grid of corners a board of equal squares, and whole on all sides?"""
+"""Is a grid of corners a board of equal squares, complete on all sides?"""
 
 import numpy as np
 
 from raxel.features.chessboard.grids import patches_of, predicted
 from raxel.features.chessboard.saddles import remapped
 
-# Whether a board's pattern goes on where its outermost squares should end. From each
-# outer corner an edge runs outward between two squares. At the end of the board the
-# step across it dies away. Where another row of squares follows, however narrow, the
-# step turns round at once: dark and bright change sides.
+# Continuation of the pattern beyond the outermost squares. From each outer corner an
+# edge extends outward between two squares. At the end of the board the contrast across
+# it vanishes. Where another row of squares follows, however narrow, the contrast
+# reverses at once: dark and bright swap.
 
 
-# How far along the edge, in squares, and how far from it the step is taken.
-ALONG, ACROSS = 1.2, (0.1, 0.2)
-# Where along it the step is surely that of the outermost squares.
-RIM_NEAR = (0.1, 0.3)
-# The step has ended below this share of itself, and has turned below its negative.
-RIM_ENDED = 0.3
-# A step that turns does so within so many px; beyond, something else may stand.
-AT_ONCE_PX = 4.0
-MOST_SAMPLES = 400
-# Behind so many edges of a side, that many more squares may stand. A patterned ground
-# turns every second step, three of a side's four by chance; squares turn all of them.
-SHARE_OF_EDGES, SURE_SHARE_OF_EDGES = 0.6, 0.8
+# Distance along the edge, in squares, and offsets from it at which the contrast is
+# measured.
+TURN_REACH_SQUARES, EDGE_OFFSETS_SQUARES = 1.2, (0.1, 0.2)
+# Where along the edge the contrast is certainly that of the outermost squares.
+TURN_NEAR_SQUARES = (0.1, 0.3)
+# The contrast has ended below this fraction, and has reversed below its negative.
+TURN_RATIO = 0.3
+# A reversal occurs within this many px; beyond, another object may follow.
+MAX_TURN_PX = 4.0
+MAX_N_SAMPLES = 400
+# Fraction of the edges of a side with a reversal above which squares follow. A
+# patterned background reverses every second edge, three of a side's four by chance;
+# squares reverse all of them.
+MIN_TURNED_FRACTION, MIN_TURNED_FRACTION_KNOWN_SIZE = 0.6, 0.8
 
 
 def runs_on_beyond(grid, image, share):
-    """Which side of a complete grid more squares stand beyond (`side_named`), or ''.
+    """The side of a complete grid beyond which squares continue (`side_named`), or ''.
 
-    share: of a side's edges, how many must be followed by the turn of a next square.
+    share: fraction of a side's edges that must show the reversal of a next square.
     """
     patches, _, _ = patches_of(grid.points)
     for on_side, outward in sides_of(grid):
         side = patches.of(on_side)
-        if _turned(image, side, outward).mean() > share:
+        if _has_contrast_reversal(image, side, outward).mean() > share:
             return side_named(side.p, grid.points)
     return ""
 
@@ -52,16 +54,18 @@ def sides_of(grid):
 
 
 def side_named(side, points):
-    """Where in the image a side's corners (n, 2) lie, from the middle of all."""
-    off = side.mean(axis=0) - points.reshape(-1, 2).mean(axis=0)
-    if abs(off[0]) > abs(off[1]):
-        return "right side" if off[0] > 0 else "left side"
-    return "bottom" if off[1] > 0 else "top"
+    """Name of a side in the image, from its corners (n, 2) and those of the board."""
+    offset = side.mean(axis=0) - points.reshape(-1, 2).mean(axis=0)
+    if abs(offset[0]) > abs(offset[1]):
+        return "right side" if offset[0] > 0 else "left side"
+    return "bottom" if offset[1] > 0 else "top"
 
 
 def line_named(grid, axis, k):
-    """Line k of a grid's rows (axis 0) or columns (1), as the image shows it: 'row 3
-    from its top'. Counted from its nearer end, 1 for the outermost."""
+    """Name of line k of a grid's rows (axis 0) or columns (1): 'row 3 from its top'.
+
+    As in the image; counted from its nearer end, 1 for the outermost.
+    """
     last = grid.known.shape[axis] - 1
     end, number = (0, k) if 2 * k <= last else (last, last - k)
     points = predicted(grid.points)
@@ -75,40 +79,42 @@ def line_named(grid, axis, k):
     return f"{line} {number + 1} from its {name}"
 
 
-def _turned(image, patches, outward):
-    """Whether the step (N,) across the edges outward of corners turns round."""
+def _has_contrast_reversal(image, patches, outward):
+    """Whether the contrast (N,) across the edges outward of corners reverses."""
     length = np.linalg.norm(patches.u if outward[0] else patches.v, axis=1)
-    count = int(np.clip(ALONG * length.max(), 20, MOST_SAMPLES))
-    along = np.linspace(0, ALONG, count)
+    count = int(np.clip(TURN_REACH_SQUARES * length.max(), 20, MAX_N_SAMPLES))
+    along = np.linspace(0, TURN_REACH_SQUARES, count)
     step = steps_outward(image, patches, outward, along)
-    near = (along > RIM_NEAR[0]) & (along < RIM_NEAR[1])
+    near = (along > TURN_NEAR_SQUARES[0]) & (along < TURN_NEAR_SQUARES[1])
     usual = np.median(step[:, near], axis=1, keepdims=True)
     share = np.divide(step, usual, out=np.ones_like(step), where=usual != 0)
-    ended = (share < RIM_ENDED) & (along > RIM_NEAR[0])
+    ended = (share < TURN_RATIO) & (along > TURN_NEAR_SQUARES[0])
     first = np.where(ended.any(axis=1), ended.argmax(axis=1), count)
     px = (along[1] * length)[:, None]
     after = (np.arange(count) - first[:, None]) * px
-    at_once = (after >= 0) & (after <= AT_ONCE_PX)
-    return np.where(at_once, share, 1.0).min(axis=1) < -RIM_ENDED
+    at_once = (after >= 0) & (after <= MAX_TURN_PX)
+    return np.where(at_once, share, 1.0).min(axis=1) < -TURN_RATIO
 
 
 def steps_outward(image, patches, outward, along):
-    """Grey step (N, M) across the edges that go outward, at shares `along` (M,)."""
+    """Contrast (N, M) across edges outward of corners, at distances `along` (M,)."""
     count = len(patches.p)
-    sides = np.array([side * k for k in ACROSS for side in (1, -1)])
+    sides = np.array([side * k for k in EDGE_OFFSETS_SQUARES for side in (1, -1)])
     axis = 0 if outward[0] else 1
     forth = np.broadcast_to(along[:, None] * outward[axis], (len(along), len(sides)))
-    aside = np.broadcast_to(sides, forth.shape)
-    s, t = (forth, aside) if axis == 0 else (aside, forth)
+    sideways = np.broadcast_to(sides, forth.shape)
+    s, t = (forth, sideways) if axis == 0 else (sideways, forth)
     pixels = patches.at(s.ravel(), t.ravel()).astype(np.float32)
-    grey = grey_at(image, pixels).reshape(count, len(along), len(ACROSS), 2)
+    grey = grey_at(image, pixels).reshape(
+        count, len(along), len(EDGE_OFFSETS_SQUARES), 2
+    )
     return (grey[..., 0] - grey[..., 1]).mean(axis=2)
 
 
 def grey_at(image, pixels):
     """Grey (N, M) float32 of an image (height, width) at px (N, M, 2) float32.
 
-    Linear between pixels; beyond the image that of its rim.
+    Bilinear between pixels; outside the image that of its border.
     """
     import cv2
 
@@ -116,39 +122,43 @@ def grey_at(image, pixels):
     return remapped(image, u, v, cv2.BORDER_REPLICATE).astype(np.float32)
 
 
-# Steps of a lattice, as logarithms: a row's own may differ by so much from what the
-# rows beside it say, at the end of a lattice by so much. The strongest lenses that were
-# tried reach a third of it; a row of double height is at 0.69.
-MOST_UNEQUAL, MOST_UNEQUAL_END = 0.3, 0.5
-# Edges outward of corners are followed so far, in squares. An edge has ended where the
-# step across it is below half of what it is near the corner.
-REACH, SAMPLES, ENDED = 1.6, 160, 0.5
-NEAR = (0.1, 0.3)
-# Squares of which most end before this share were cut by something, if most of those on
-# the opposite side are whole to WHOLE: only then does the lattice tell their length.
-SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
-# What covers a few of them leaves this much: two or more, and a quarter of the side.
-VERY_SHORT, LEAST_VERY_SHORT, SHARE_VERY_SHORT = 0.7, 2, 0.25
-# What cuts them aslant makes them shorter along the side by a quarter of a square, and
-# by so many times what single ones are off that line. It was an eighth, but strong
-# lenses, whose bend nobody sees beyond a side, make whole squares seem to change by
-# 0.16: two photographs of whole boards had been refused.
-ASLANT, OFF_ASLANT = 0.25, 4.0
+# Steps of a lattice, as logarithms: largest deviation of a row from the prediction of
+# its neighbours, inside and at the end of a lattice. The strongest distortion tested
+# reaches a third of it; a row of double height is at 0.69.
+MAX_LOG_STEP_CHANGE, MAX_LOG_STEP_CHANGE_END = 0.3, 0.5
+# Largest length in squares at which outward edges are followed. An edge has ended where
+# the contrast across it is below half of that near the corner.
+LENGTH_REACH_SQUARES, N_LENGTH_SAMPLES, EDGE_END_RATIO = 1.6, 160, 0.5
+NEAR_SQUARES = (0.1, 0.3)
+# Truncated squares: most squares of a side end before this fraction, and most on the
+# opposite side are complete to the tolerance. Only then does the lattice predict their
+# length.
+MAX_CUT_LENGTH, WHOLE_LENGTH_TOL, MIN_SIDE_FRACTION = 0.85, 0.12, 2 / 3
+# A local occluder truncates at least two squares to this length, and a quarter of the
+# side.
+MAX_SHORT_LENGTH, MIN_N_SHORT, MIN_SHORT_FRACTION = 0.7, 2, 0.25
+# An oblique occluder shortens squares along the side by a quarter of a square, and by
+# this multiple of their deviation from a line. The first limit was an eighth. But
+# distortion beyond a side is not observed, and strong lenses make complete squares seem
+# to change by 0.16: two images of complete boards were rejected.
+MIN_OBLIQUE_CHANGE, MIN_OBLIQUE_RATIO = 0.25, 4.0
 
-# So far behind the squares' end, but no farther out than from MARGIN_FROM, and so far
-# aside of an edge, is looked for paper; DARK and WHITE on the scale of the squares.
-MARGIN_AT, MARGIN_FROM = 0.15, 1.3
-ASIDE = np.array([-0.25, -0.15, 0.15, 0.25])
-DARK, WHITE = 0.1, 0.8
-# Of a side's corners, so many must have these places inside the image.
-LEAST_INSIDE = 1 / 3
+# The margin is searched for white paper at this distance behind the end of the squares,
+# but no farther out than from MAX_MARGIN_START_SQUARES, and at these lateral offsets
+# from an edge. MAX_DARK_LEVEL and MIN_WHITE_LEVEL are relative to dark (0) and bright
+# (1) squares.
+MARGIN_DISTANCE_SQUARES, MAX_MARGIN_START_SQUARES = 0.15, 1.3
+MARGIN_OFFSETS_SQUARES = np.array([-0.25, -0.15, 0.15, 0.25])
+MAX_DARK_LEVEL, MIN_WHITE_LEVEL = 0.1, 0.8
+# Smallest fraction of a side's corners with these positions inside the image.
+MIN_MARGIN_INSIDE_FRACTION = 1 / 3
 
 
 def unequal_pitch(grid):
     """Why the squares of a grid are not equal, or ''.
 
-    However a lens bends a board, its steps change from row to row as those before and
-    after them say, in all columns alike.
+    Under any lens distortion, steps change from row to row as their neighbours predict,
+    in all columns alike.
     """
     for axis in (0, 1):
         lattice = grid.points if axis else grid.points.swapaxes(0, 1)
@@ -157,95 +167,115 @@ def unequal_pitch(grid):
             continue
         inner = length[:, 1:-1] - (length[:, :-2] + length[:, 2:]) / 2
         ends = length[:, [0, -1]] - 2 * length[:, [1, -2]] + length[:, [2, -3]]
-        off = np.concatenate([_medians(inner), _medians(ends)])
-        share = off / np.repeat([MOST_UNEQUAL, MOST_UNEQUAL_END], [inner.shape[1], 2])
+        change = np.concatenate([_medians(inner), _medians(ends)])
+        share = change / np.repeat(
+            [MAX_LOG_STEP_CHANGE, MAX_LOG_STEP_CHANGE_END], [inner.shape[1], 2]
+        )
         worst = int(np.abs(share).argmax())
         if abs(share[worst]) > 1:
-            what = "longer" if off[worst] > 0 else "shorter"
+            what = "longer" if change[worst] > 0 else "shorter"
             k = [*range(1, inner.shape[1] + 1), 0, inner.shape[1] + 1][worst]
             lines = " and ".join(line_named(grid, axis, n) for n in (k, k + 1))
             return (
-                f"its squares are not equal: those between {lines} are "
-                f"{np.exp(abs(off[worst])):.1f} times {what} than those beside let "
-                "expect; give a board of equal squares"
+                f"its squares are unequal: those between {lines} are "
+                f"{np.exp(abs(change[worst])):.1f} times {what} than their "
+                "neighbours predict; use a board of equal squares"
             )
     return ""
 
 
-def _medians(off):
-    """Medians (M,) of the columns of off (N, M), 0 where nothing is known."""
-    known = np.isfinite(off).any(axis=0)
-    return np.where(known, np.nanmedian(np.where(known, off, 0), axis=0), 0)
+def _medians(values):
+    """Medians (M,) of the columns of values (N, M), 0 where none is known."""
+    known = np.isfinite(values).any(axis=0)
+    return np.where(known, np.nanmedian(np.where(known, values, 0), axis=0), 0)
 
 
-def cut_side(grid, image):
-    """Which side's outer squares were cut short (`side_named`), or ''.
+def truncated_side(grid, image):
+    """The side whose outer squares are truncated (`side_named`), or ''.
 
-    A shadow or what covers part of a board cuts the squares of one side somewhere. A
-    board may be printed with narrower squares at its end, but then on both sides, and
-    equally narrow along each of them.
+    A shadow or an occluder truncates the squares of one side. A board may be printed
+    with narrower squares at its ends, but then on both sides, and equally narrow along
+    each of them.
     """
     lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
-    for here, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
-        whole = np.abs(lengths[opposite] - 1) < WHOLE
-        cut = np.mean(lengths[here] < SHORT) >= MOST or _some_cut(lengths[here])
-        if (cut and whole.mean() >= MOST) or _cut_aslant(lengths[here]):
-            side = _corners_of(grid)[here]
+    for side_index, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
+        whole = np.abs(lengths[opposite] - 1) < WHOLE_LENGTH_TOL
+        cut = np.mean(
+            lengths[side_index] < MAX_CUT_LENGTH
+        ) >= MIN_SIDE_FRACTION or _few_truncated(lengths[side_index])
+        if (cut and whole.mean() >= MIN_SIDE_FRACTION) or _obliquely_truncated(
+            lengths[side_index]
+        ):
+            side = _corners_of(grid)[side_index]
             return side_named(side[np.isfinite(side[:, 0])], grid.points)
     return ""
 
 
-def _some_cut(lengths):
+def _few_truncated(lengths):
     """Whether a few squares of a side (n,) end far before the others."""
-    count = np.count_nonzero(lengths < VERY_SHORT)
-    return count >= max(LEAST_VERY_SHORT, SHARE_VERY_SHORT * len(lengths))
+    count = np.count_nonzero(lengths < MAX_SHORT_LENGTH)
+    return count >= max(MIN_N_SHORT, MIN_SHORT_FRACTION * len(lengths))
 
 
-def _cut_aslant(lengths):
-    """Whether squares of a side (n,) become shorter from one to the next."""
+def _obliquely_truncated(lengths):
+    """Whether the squares of a side (n,) become shorter from one to the next."""
     short, k = np.minimum(lengths, 1), np.arange(len(lengths))
     slope, first = np.polyfit(k, short, 1)
-    off = np.abs(short - first - slope * k).max()
+    deviation = np.abs(short - first - slope * k).max()
     change = abs(slope) * k[-1]
-    return short.min() < VERY_SHORT and change > max(ASLANT, OFF_ASLANT * off)
+    return short.min() < MAX_SHORT_LENGTH and change > max(
+        MIN_OBLIQUE_CHANGE, MIN_OBLIQUE_RATIO * deviation
+    )
 
 
 def dark_side(grid, image):
-    """Which side of a board has a shadow behind it where others have paper, or ''.
+    """The side of a board with a shadow where other sides have white paper, or ''.
 
-    The edge of a shadow may lie where squares end. Behind it is then as dark as a dark
-    square, while behind two other sides lies white paper.
+    The edge of a shadow may coincide with the end of squares. The margin is then as
+    dark as a dark square, while two other sides have a white margin.
     """
     lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
     behind = np.array(
         [
-            _white_behind(grid, image, *side, min(np.median(length), MARGIN_FROM))
+            _margin_brightness(
+                grid, image, *side, min(np.median(length), MAX_MARGIN_START_SQUARES)
+            )
             for side, length in zip(sides_of(grid), lengths, strict=True)
         ]
     )
-    if np.any(behind < DARK) and np.count_nonzero(behind > WHITE) >= 2:
+    if (
+        np.any(behind < MAX_DARK_LEVEL)
+        and np.count_nonzero(behind > MIN_WHITE_LEVEL) >= 2
+    ):
         side = _corners_of(grid)[np.nanargmin(behind)]
         return side_named(side[np.isfinite(side[:, 0])], grid.points)
     return ""
 
 
-def _white_behind(grid, image, on_side, outward, length):
-    """How white it is behind the squares of a side: 0 as a dark square, 1 as a bright
-    one; the median over its corners of the darkest place. NaN where of fewer than a
-    third of its corners all places lie inside the image."""
+def _margin_brightness(grid, image, on_side, outward, length):
+    """Brightness of the margin of a side: 0 as a dark square, 1 as a bright one.
+
+    The median over its corners of the darkest position. NaN where fewer than
+    MIN_MARGIN_INSIDE_FRACTION of its corners have all positions inside the image.
+    """
     patches, _, _ = patches_of(grid.points)
     patches = patches.of(on_side)
 
-    def places(along):
+    def positions(along):
         axis = 0 if outward[0] else 1
-        s, t = np.full(len(ASIDE), along * outward[axis]), ASIDE
+        s, t = (
+            np.full(len(MARGIN_OFFSETS_SQUARES), along * outward[axis]),
+            MARGIN_OFFSETS_SQUARES,
+        )
         s, t = (s, t) if axis == 0 else (t, s)
         return patches.at(s, t).astype(np.float32)
 
-    near, far = places(np.mean(NEAR)), places(length + MARGIN_AT)
-    most = np.array(image.shape[::-1]) - 1
-    inside = np.all((far >= 0) & (far <= most), axis=(1, 2))
-    if inside.mean() < LEAST_INSIDE:
+    near, far = map(
+        positions, (np.mean(NEAR_SQUARES), length + MARGIN_DISTANCE_SQUARES)
+    )
+    upper = np.array(image.shape[::-1]) - 1
+    inside = np.all((far >= 0) & (far <= upper), axis=(1, 2))
+    if inside.mean() < MIN_MARGIN_INSIDE_FRACTION:
         return np.nan
     squares, behind = (grey_at(image, at[inside]) for at in (near, far))
     dark, bright = squares.min(axis=1), squares.max(axis=1)
@@ -260,12 +290,14 @@ def _corners_of(grid):
 
 
 def lengths_outward(grid, image, on_side, outward):
-    """Lengths (n,) of the edges that run outward of a side's corners, in squares."""
+    """Lengths (n,) in squares of the edges outward of a side's corners."""
     patches, _, _ = patches_of(grid.points)
-    along = np.linspace(0, REACH, SAMPLES)
+    along = np.linspace(0, LENGTH_REACH_SQUARES, N_LENGTH_SAMPLES)
     step = steps_outward(image, patches.of(on_side), outward, along)
-    near = (along > NEAR[0]) & (along < NEAR[1])
+    near = (along > NEAR_SQUARES[0]) & (along < NEAR_SQUARES[1])
     usual = np.median(step[:, near], axis=1, keepdims=True)
     share = np.divide(step, usual, out=np.ones_like(step), where=usual != 0)
-    ended = (share < ENDED) & (along > NEAR[0])
-    return np.where(ended.any(axis=1), along[ended.argmax(axis=1)], REACH)
+    ended = (share < EDGE_END_RATIO) & (along > NEAR_SQUARES[0])
+    return np.where(
+        ended.any(axis=1), along[ended.argmax(axis=1)], LENGTH_REACH_SQUARES
+    )

@@ -1,27 +1,27 @@
-"""Is a grid of corners the whole board, and nothing but the board?"""
+"""Is a lattice of corners a complete chessboard, and only a chessboard?"""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from raxel.features.chessboard.corners import QUADRANT, sampled
+from raxel.features.chessboard.corners import SQUARE_SAMPLES, sampled
 from raxel.features.chessboard.grids import (
     AXES,
-    LEAST_SIDE,
-    MOST_CHANCE,
-    MOST_SD,
-    ONE_MISSING_OF,
+    MAX_CORNER_SD_PX,
+    MIN_CORNERS_PER_MISSING,
+    MIN_N_SIDE_CORNERS,
+    MIN_ROW_FRACTION,
     Grid,
-    holed,
-    nearly_complete,
+    is_nearly_complete,
+    mask_corners,
     patches_of,
     predicted,
     shifted,
 )
 from raxel.features.chessboard.sides import (
-    SHARE_OF_EDGES,
-    SURE_SHARE_OF_EDGES,
+    MIN_TURNED_FRACTION,
+    MIN_TURNED_FRACTION_KNOWN_SIZE,
     line_named,
     runs_on_beyond,
     side_named,
@@ -30,73 +30,73 @@ from raxel.features.chessboard.sides import (
 from raxel.features.detector import as_8_bit
 from raxel.features.lattice import lattice_fault, spacing
 
-# Are the fields between a lattice's corners squares: of one tone, with straight
-# edges? Seen in the lattice's own coordinates the border between two squares of a
-# chessboard is the line from corner to corner, however a lens bends it. The border of
-# a disc is an arc: it bulges out of every disc, so out of the fields of one tone,
-# where a bend of the lens goes the same way on both sides of a line. At the corners'
-# own grey the border between squares stays where it is, however they are blurred and
-# whatever the response of the camera. Only where ink or light leaves a gap at the
-# corners is their grey that of the gap; the border then stays at the middle between
-# dark and bright.
+# Test of the squares between corners: one tone, straight edges. In lattice coordinates
+# the border between two squares of a chessboard is the line from corner to corner,
+# under any lens distortion. The border of a disc is an arc that bulges out of every
+# disc, so out of the cells of one tone; distortion bends both sides of a line the same
+# way. At the grey level of the corners the border between squares keeps its position
+# under any blur and any camera response. If ink or light leaves a gap at the corners,
+# their grey level is that of the gap. The border is then found at the mean of dark and
+# bright.
 
 
-# Of a lattice, for something to be said of its fields.
-MIN_SQUARES_SEEN = 0.5
-# Places along an edge at which its border is looked for, in squares: near its ends and
-# in its middle; and places across it.
-PLACES = np.array([0.2, 0.5, 0.8])
-ACROSS = np.linspace(-0.35, 0.35, 29)
-# How far the arc through the four corners of a square bulges between these places.
-ARC = float(np.sqrt(0.5) - np.sqrt(0.5 - (PLACES[1] - PLACES[0]) ** 2))
-# Half of it lies between a square and a disc.
-MOST_BULGE = ARC / 2
-# The part of a field that is looked at, and of it what may be of the other tone: a hole
-# of a third of its side can be seen.
-FILLED, FILLED_SAMPLES = (0.2, 0.8), 9
-MOST_OTHER = 1 / 9
+# A lattice with fewer known corners is not tested.
+MIN_KNOWN_FRACTION = 0.5
+# Positions along an edge, in squares, at which its border is searched for: near its
+# ends and at its centre; and positions across it.
+ALONG_EDGE_SQUARES = np.array([0.2, 0.5, 0.8])
+ACROSS_EDGE_SQUARES = np.linspace(-0.35, 0.35, 29)
+# Bulge of the circle through the four corners of a square, between these positions.
+CIRCLE_BULGE_SQUARES = float(
+    np.sqrt(0.5) - np.sqrt(0.5 - (ALONG_EDGE_SQUARES[1] - ALONG_EDGE_SQUARES[0]) ** 2)
+)
+# The limit is half way between a square and a disc.
+MAX_BULGE_SQUARES = CIRCLE_BULGE_SQUARES / 2
+# The sampled part of a square, and the largest fraction of it of the other tone. A hole
+# of a third of the square's side is detected.
+INNER_RANGE_SQUARES, N_INNER_SAMPLES = (0.2, 0.8), 9
+MAX_OTHER_TONE_FRACTION = 1 / 9
 
 
 def shape_fault(grid, level):
-    """Why the fields of a grid are no squares, or ''. level: `saddles.Level`.
+    """Why the cells of a grid are not squares, or ''. level: `saddles.Level`.
 
-    Nothing is said of a lattice of which less than half is seen.
+    A lattice of which less than half is known is not tested.
     """
     known = grid.known
-    if min(known.shape) < LEAST_SIDE or known.mean() < MIN_SQUARES_SEEN:
+    if min(known.shape) < MIN_N_SIDE_CORNERS or known.mean() < MIN_KNOWN_FRACTION:
         return ""
-    if abs(bulge_of(grid, level)) > MOST_BULGE:
+    if abs(bulge_of(grid, level)) > MAX_BULGE_SQUARES:
+        return "its cells are round, as in a grid of circles; use a chessboard"
+    if other_tone(grid, level) > MAX_OTHER_TONE_FRACTION:
         return (
-            "its fields are round, not square: this looks like a grid of circles; show "
-            "a chessboard"
-        )
-    if other_tone(grid, level) > MOST_OTHER:
-        return (
-            "its fields are not filled evenly: there is something in the dark or the "
-            "bright ones; a chessboard has plain squares, a ChArUco board "
-            "(target.kind: charuco) markers in the bright ones"
+            "its cells are not of one tone; use a plain chessboard, or "
+            "target.kind: charuco for a ChArUco board"
         )
     return ""
 
 
 def bulge_of(grid, level):
-    """How far borders bulge out of dark fields (below 0: bright ones) between their
-    ends and their middle, in squares.
+    """How far borders bulge out of dark cells between their ends and their centre.
 
-    The mean of all edges between neighbours; 0 where none tells. At the grey of the
-    corners, if it differs from edge to edge by less than squares differ from discs:
-    where that is the grey of the fields, noise crosses it anywhere. Then at the middle.
+    In squares, negative for bright cells: the mean over all edges between neighbours, 0
+    where no edge is usable. It is measured at the grey level of the corners, if the
+    result scatters less between edges than squares differ from discs. Otherwise that
+    level is the level of a cell, where noise crosses it, and the mean of dark and
+    bright is used.
     """
     edges = np.concatenate([_edges(axis, grid, level) for axis in (0, 1)], axis=1)
     at_corners, in_middle = (row[np.isfinite(row)] for row in edges)
-    if len(at_corners) and at_corners.std() < MOST_BULGE:
+    if len(at_corners) and at_corners.std() < MAX_BULGE_SQUARES:
         return at_corners.mean()
     return in_middle.mean() if len(in_middle) else 0.0
 
 
 def _edges(axis, grid, level):
-    """Bulges (2, N) of the edges along columns (axis 0) or rows (1): at the grey of the
-    corners, and at the middle of dark and bright."""
+    """Bulges (2, N) of the edges along columns (axis 0) or rows (1).
+
+    At the grey level of the corners, and at the mean of dark and bright.
+    """
     patches, i, j = patches_of(grid.points)
     number = np.full(grid.known.shape, -1)
     number[i, j] = np.arange(len(i))
@@ -104,61 +104,68 @@ def _edges(axis, grid, level):
     first, last = number[:, :-1].ravel(), number[:, 1:].ravel()
     both = (first >= 0) & (last >= 0)
     first, last = patches.of(first[both]), patches.of(last[both])
-    along, across = np.meshgrid(PLACES, ACROSS, indexing="ij")
+    along, across = np.meshgrid(ALONG_EDGE_SQUARES, ACROSS_EDGE_SQUARES, indexing="ij")
     a, b = along.ravel(), across.ravel()
-    here = first.at(a, b) if axis == 1 else first.at(b, a)
-    there = last.at(a - 1, b) if axis == 1 else last.at(b, a - 1)
-    pixels = (1 - a[:, None]) * here + a[:, None] * there
+    from_first = first.at(a, b) if axis == 1 else first.at(b, a)
+    from_last = last.at(a - 1, b) if axis == 1 else last.at(b, a - 1)
+    pixels = (1 - a[:, None]) * from_first + a[:, None] * from_last
     grey = sampled(level, pixels).reshape(-1, *along.shape)
     corners = sampled(level, np.stack([first.p, last.p], axis=1)).mean(axis=1)
     sides = grey[..., [0, -1]]
     brighter = np.sign((sides[..., 1] - sides[..., 0]).mean(axis=1))
     greys = corners, sides.mean(axis=(1, 2))
-    return np.array([_arch(grey, at) * brighter for at in greys])
+    return np.array([_edge_bulge(grey, at) * brighter for at in greys])
 
 
-def _arch(grey, border_grey):
-    """How far across the middle of edges (N, PLACES, ACROSS) the border at a grey (N,)
-    lies from where it lies at their ends, (N,); NaN where there is no such border."""
+def _edge_bulge(grey, border_grey):
+    """Offset (N,) of the border at the centre of edges from the border at their ends.
+
+    grey: (N, along, across); border_grey: (N,). NaN where no border is found.
+    """
     above = grey > border_grey[:, None, None]
     change = above[..., 1:] != above[..., :-1]
-    nearest = np.where(change, np.abs(ACROSS[1:] + ACROSS[:-1]), np.inf)
+    nearest = np.where(
+        change, np.abs(ACROSS_EDGE_SQUARES[1:] + ACROSS_EDGE_SQUARES[:-1]), np.inf
+    )
     k = nearest.argmin(axis=-1)[..., None]
     low, high = (np.take_along_axis(grey, k + n, axis=-1)[..., 0] for n in (0, 1))
     rise = np.where(high != low, high - low, 1.0)
     share = (border_grey[:, None] - low) / rise
-    border = ACROSS[k[..., 0]] + share * (ACROSS[1] - ACROSS[0])
+    border = ACROSS_EDGE_SQUARES[k[..., 0]] + share * (
+        ACROSS_EDGE_SQUARES[1] - ACROSS_EDGE_SQUARES[0]
+    )
     border = np.where(change.any(axis=-1), border, np.nan)
     return border[:, 1] - (border[:, 0] + border[:, 2]) / 2
 
 
 def other_tone(grid, level):
-    """The share of fields that is of the other tone: of the dark or of the bright ones,
-    whichever is more, the median field.
+    """Fraction of a cell that has the other tone: the median of dark or bright cells.
 
-    Which fields are bright is told at the corners. The tone of a field is that of its
-    brightest tenth, or darkest: most of it may be covered.
+    The larger of both medians. The corners determine which cells are bright. The tone
+    of a cell is that of its brightest or darkest tenth, since most of it may be
+    occluded.
     """
-    grey = _fields(grid, level)
+    grey = _square_grey(grid, level)
     odd = np.add.outer(*map(np.arange, grid.known.shape)) % 2 == 1
     even_bright = np.nansum(np.where(odd, -grid.sign, grid.sign)) > 0
     bright = odd[:-1, :-1] != even_bright
     low, high = np.percentile(grey, (10, 90), axis=2)
     tone = np.where(bright, high, low)
-    beside = _mean([shifted(tone, *d) for d in AXES])
-    above = grey > ((tone + beside) / 2)[..., None]
-    other = (above != bright[..., None]).mean(axis=2)
-    told = np.isfinite(tone + beside)
-    each = [other[told & (bright == one)] for one in (True, False)]
-    return max((np.median(some) for some in each if len(some)), default=0.0)
+    neighbours = _mean([shifted(tone, *d) for d in AXES])
+    above = grey > ((tone + neighbours) / 2)[..., None]
+    other_fraction = (above != bright[..., None]).mean(axis=2)
+    known = np.isfinite(tone + neighbours)
+    each = [other_fraction[known & (bright == one)] for one in (True, False)]
+    return max(
+        (np.median(fractions) for fractions in each if len(fractions)), default=0.0
+    )
 
 
-def _fields(grid, level):
-    """Grey (rows - 1, columns - 1, N) of the inner part of fields, NaN where a corner
-    is missing."""
+def _square_grey(grid, level):
+    """Grey (rows - 1, columns - 1, N) inside the cells, NaN if a corner is missing."""
     p = grid.points
     ring = p[:-1, :-1], p[:-1, 1:], p[1:, :-1], p[1:, 1:]
-    k = np.linspace(*FILLED, FILLED_SAMPLES)
+    k = np.linspace(*INNER_RANGE_SQUARES, N_INNER_SAMPLES)
     t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
     weights = (1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t
     pixels = sum(
@@ -172,197 +179,206 @@ def _fields(grid, level):
 
 
 def _mean(arrays):
-    """The mean of those that are known, NaN where none is."""
+    """The mean of the known values, NaN where all are missing."""
     stack = np.stack(arrays)
     known = np.isfinite(stack)
     count = np.where(known.any(axis=0), known.sum(axis=0), np.nan)
     return np.where(known, stack, 0).sum(axis=0) / count
 
 
-# Of a board whose corners are seen, so many must be sure.
-LEAST_SURE = 2 / 3
-# Share of the edges' strength that may point past a corner. On rendered boards blur had
-# moved corners by more than a pixel where it was higher, at narrow outer squares.
-MOST_MISFIT = 0.375
-# Nearer corners than this, in px, are moved by any blur of a lens.
-LEAST_SPACING = 7.5
-LEAST_SEEN = 0.34
-RIM_PX = 2.0
-# Places that a refusal names.
-MOST_PLACES = 3
-# A hand or a sheet leaves one or two sides of a board ragged, and no others outside.
-RAGGED_SIDES = 2
-# A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
-BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
+# Smallest fraction of the corners of a board that must be certain.
+MIN_CERTAIN_FRACTION = 2 / 3
+# Largest fraction of the edge strength that may point past a corner. On rendered boards
+# with a larger fraction, at narrow outer squares, blur moved corners by more than a
+# pixel.
+MAX_CORNER_MISFIT = 0.375
+# Corners at a smaller spacing are biased by any blur of the lens.
+MIN_CORNER_SPACING_PX = 7.5
+MIN_NEXT_ROW_FRACTION = 0.34
+BORDER_PX = 2.0
+# Number of positions listed in a rejection.
+MAX_NAMED_POSITIONS = 3
+# An occluder leaves one or two sides of a board incomplete. More incomplete sides
+# indicate a pattern that continues around the board.
+MAX_RAGGED_SIDES = 2
+# A lattice that was split off is on the next rings of the grid: number of rings,
+# tolerance in steps, and smallest fraction of its nearby corners on the rings.
+N_RINGS_BEYOND, ON_LATTICE_TOL_STEPS, MIN_ON_LATTICE_FRACTION = 3, 0.25, 0.6
 
 
-class Judged(NamedTuple):
-    """A grid of corners seen, those of them that are sure, and why it is no board, or
-    ''."""
+class Verdict(NamedTuple):
+    """A grid, its certain corners, and why it is not a board, or ''."""
 
-    seen: Grid
-    sure: Grid
+    grid: Grid
+    certain: Grid
     fault: str
 
 
-def judged(grid, image, told, part=False):
-    """Whether a grid is a board that could be returned: `Judged`.
+def judge_grid(grid, image, known_size, part=False):
+    """Judge whether a grid is a board that may be returned: `Verdict`.
 
-    told: whether its size is given. If so it may lack corners, as `nearly_complete`
-    says; if not, every corner of its sides must be seen: a side that is broken does not
-    say that the board ends there. part: whether it is the part of a lattice that was
-    told from the rest (`windows`), where more squares do stand beyond its sides.
+    known_size: whether the size is given. If so, corners may be missing
+    (`is_nearly_complete`). If not, every corner of the sides must be known, since an
+    incomplete side does not determine where the board ends. part: whether the grid was
+    selected from a larger lattice (`ends.board_within`), so that squares do continue
+    beyond its sides.
     """
-    sure = holed(grid, unsure(grid))
-    fault = _lack(grid, sure, image, told) or _misplaced(sure, image)
-    fault = fault or ("" if part else _runs_on(grid, image, told))
-    return Judged(grid, sure, fault)
+    certain = mask_corners(grid, uncertain_corners(grid))
+    fault = _completeness_fault(grid, certain, image, known_size) or _geometry_fault(
+        certain, image
+    )
+    fault = fault or ("" if part else _continuation_fault(grid, image, known_size))
+    return Verdict(grid, certain, fault)
 
 
-def unsure(grid):
-    """Which corners (rows, columns) are too uncertain, or no crossing of edges."""
-    return grid.known & ~((grid.sd <= MOST_SD) & (grid.misfit <= MOST_MISFIT))
+def uncertain_corners(grid):
+    """Which corners (rows, columns) are too uncertain, or not a crossing of edges."""
+    return grid.known & ~(
+        (grid.sd <= MAX_CORNER_SD_PX) & (grid.misfit <= MAX_CORNER_MISFIT)
+    )
 
 
-def _lack(grid, sure, image, told):
-    """Why too many corners are missing or unsure, or ''."""
+def _completeness_fault(grid, certain, image, known_size):
+    """Why too many corners are missing or uncertain, or ''."""
     rows, columns = sorted(grid.known.shape)
-    if min(rows, columns) < LEAST_SIDE:
+    if min(rows, columns) < MIN_N_SIDE_CORNERS:
         return (
-            f"a lattice of {columns} x {rows} corners is too small to be sure of; a "
-            f"board has {LEAST_SIDE} x {LEAST_SIDE} or more"
+            f"a lattice of {columns} x {rows} corners is too small; a board has "
+            f"at least {MIN_N_SIDE_CORNERS} x {MIN_N_SIDE_CORNERS}"
         )
     known = grid.known
     sides_hold = known[[0, -1]].all() and known[:, [0, -1]].all()
-    seen = nearly_complete(grid) and (told or sides_hold)
-    if seen and sure.count >= LEAST_SURE * known.size:
+    sufficient = is_nearly_complete(grid) and (known_size or sides_hold)
+    if sufficient and certain.count >= MIN_CERTAIN_FRACTION * known.size:
         return ""
-    if seen or grid.complete:
-        return f"{_unsure_ones(grid, unsure(grid))}; two thirds of all must be sure"
-    if lies_on_pattern(grid, image):
-        return _of_pattern(grid, told)
+    if sufficient or grid.complete:
+        return (
+            f"{_uncertain_text(grid, uncertain_corners(grid))}; two thirds of all "
+            "must be certain"
+        )
+    if is_within_pattern(grid, image):
+        return _pattern_fault(grid, known_size)
     what = (
-        f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
-        f"are seen{_places(predicted(grid.points)[~grid.known], 'missing near')}"
+        f"{grid.count} of {columns * rows} corners of a {columns} x {rows} lattice "
+        "detected"
+        f"{_positions_text(predicted(grid.points)[~grid.known], 'missing near')}"
     )
-    what += f"; {_lacking_line(grid)}"
-    if unsure(grid).any():
-        what += f"; {_unsure_ones(grid, unsure(grid))}"
-    return what if told else f"{what}; give columns and rows"
+    what += f", {_emptiest_line_text(grid)}"
+    if uncertain_corners(grid).any():
+        what += f", {_uncertain_text(grid, uncertain_corners(grid))}"
+    return what if known_size else f"{what}; give columns and rows"
 
 
-def lies_on_pattern(grid, image):
-    """Whether squares go on about a board: sides are ragged or outside the image.
+def is_within_pattern(grid, image):
+    """Whether squares continue around a board, as of tiles or checked cloth.
 
-    Of squares at all: chance corners of letters or codes make no nine side by side.
+    Its sides are then incomplete or outside the image. A complete block of nine corners
+    is required, which chance corners of letters or codes do not form.
     """
     known = grid.known
-    if min(known.shape) < LEAST_SIDE:
+    if min(known.shape) < MIN_N_SIDE_CORNERS:
         return False
-    if not sliding_window_view(known, (LEAST_SIDE,) * 2).all(axis=(2, 3)).any():
+    if not sliding_window_view(known, (MIN_N_SIDE_CORNERS,) * 2).all(axis=(2, 3)).any():
         return False
     sides = known[0], known[-1], known[:, 0], known[:, -1]
-    ragged = sum(side.mean() < MOST_CHANCE for side in sides)
-    if nearly_complete(grid) or ragged < RAGGED_SIDES:
+    ragged = sum(side.mean() < MIN_ROW_FRACTION for side in sides)
+    if is_nearly_complete(grid) or ragged < MAX_RAGGED_SIDES:
         return False
-    return ragged > RAGGED_SIDES or len(open_sides(grid, image)) >= RAGGED_SIDES
+    return ragged > MAX_RAGGED_SIDES or len(open_sides(grid, image)) >= MAX_RAGGED_SIDES
 
 
-def _of_pattern(grid, told):
-    """What to do about squares that go on about a board."""
-    part = "no part of this size differs from the rest" if told else "no end is seen"
-    give = "" if told else "give columns and rows, or "
+def _pattern_fault(grid, known_size):
+    """The rejection of a board within a larger pattern of squares."""
+    part = (
+        "no part of this size differs from the rest"
+        if known_size
+        else "its end was not found"
+    )
+    give = "" if known_size else "give columns and rows, or "
     return (
-        f"squares go on about the board, as of tiles or checked cloth ({grid.count} "
-        f"corners), and {part}; {give}show it with a white margin or on plain ground"
+        f"squares continue around the board (tiles or checked cloth, {grid.count} "
+        f"corners), and {part}; {give}use a white margin or a plain background"
     )
 
 
-def _lacking_line(grid):
-    """Which row or column lacks too much, and what the rule is."""
+def _emptiest_line_text(grid):
+    """The row or column with most missing corners, and the rule it violates."""
     lines = [(axis, k) for axis in (0, 1) for k in range(grid.known.shape[axis])]
-    seen = {line: grid.known.take(line[1], axis=line[0]) for line in lines}
-    axis, k = min(lines, key=lambda line: seen[line].mean())
-    if ONE_MISSING_OF * (~seen[axis, k]).sum() > len(seen[axis, k]):
-        rule = "a third of a row or column may be missing at most"
+    known = {line: grid.known.take(line[1], axis=line[0]) for line in lines}
+    axis, k = min(lines, key=lambda line: known[line].mean())
+    if MIN_CORNERS_PER_MISSING * (~known[axis, k]).sum() > len(known[axis, k]):
+        rule = "at most a third of a row or column may be missing"
     else:
         ends = [line for line in lines if line[1] in (0, grid.known.shape[line[0]] - 1)]
-        axis, k = min(ends, key=lambda line: seen[line].mean())
-        rule = "where the size is not given every side must be whole"
-    lack = np.count_nonzero(~seen[axis, k])
-    verb = "are" if lack > 1 else "is"
-    return (
-        f"{lack} of {len(seen[axis, k])} corners of {line_named(grid, axis, k)} {verb} "
-        f"missing, and {rule}"
-    )
+        axis, k = min(ends, key=lambda line: known[line].mean())
+        rule = "without a known size every side must be complete"
+    lack = np.count_nonzero(~known[axis, k])
+    line = line_named(grid, axis, k)
+    return f"{lack} of {len(known[axis, k])} missing in {line} ({rule})"
 
 
-def _unsure_ones(grid, which):
-    """What is wrong with corners that cannot be used."""
+def _uncertain_text(grid, which):
+    """Why corners cannot be used."""
     count = np.count_nonzero(which)
-    of = f"{count} of {grid.count} corners" if count > 1 else "a corner"
-    crossing = which & ~(grid.misfit <= MOST_MISFIT)
+    subject = f"{count} of {grid.count} corners" if count > 1 else "a corner"
+    crossing = which & ~(grid.misfit <= MAX_CORNER_MISFIT)
     worst = np.where(which & np.isfinite(grid.sd), grid.sd, 0).max()
     if crossing.sum() > count / 2:
-        what = "not clear: their edges do not meet in one point"
-    elif worst > MOST_SD:
-        what = f"uncertain by up to {worst:.2f} px, where {MOST_SD:.2f} px is the most"
+        what = "unclear: their edges do not meet in one point"
+    elif worst > MAX_CORNER_SD_PX:
+        what = f"uncertain by up to {worst:.2f} px, limit {MAX_CORNER_SD_PX:.2f} px"
     else:
-        what = (
-            "not to be placed: something covers a part, the edge of a shadow or of a "
-            "reflection crosses it, or blur has mixed its edges"
-        )
+        what = "disturbed (occluder, edge of a shadow or reflection, or blur)"
     verb = "are" if count > 1 else "is"
-    return f"{of} {verb} {what}{_places(grid.points[which], 'near')}"
+    return f"{subject} {verb} {what}{_positions_text(grid.points[which], 'near')}"
 
 
-def _places(points, word):
-    """Where in the image: ' (near (u, v), ...)', the first few that are known."""
+def _positions_text(points, word):
+    """Positions in the image: ' (near (u, v), ...)', the first few known ones."""
     points = points[np.isfinite(points[:, 0])]
     if not len(points):
         return ""
-    shown = [f"({u:.0f}, {v:.0f})" for u, v in points[:MOST_PLACES]]
+    shown = [f"({u:.0f}, {v:.0f})" for u, v in points[:MAX_NAMED_POSITIONS]]
     more = len(points) - len(shown)
     return f" ({word} {', '.join(shown)}{f' and {more} more' if more else ''})"
 
 
-def _misplaced(grid, image):
-    """What is wrong with the corners of a grid that lacks little, or ''."""
+def _geometry_fault(grid, image):
+    """What is wrong with the corners of a nearly complete grid, or ''."""
     corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
-    least = spacing(corners, *size).min()
-    if least < LEAST_SPACING:
+    smallest = spacing(corners, *size).min()
+    if smallest < MIN_CORNER_SPACING_PX:
         return (
-            f"corners lie {np.floor(10 * least) / 10:.1f} px apart; below "
-            f"{LEAST_SPACING:g} px they cannot be placed well: come nearer, or use "
-            "larger squares"
+            f"corner spacing of {np.floor(10 * smallest) / 10:.1f} px, below "
+            f"{MIN_CORNER_SPACING_PX:g} px; move closer, or use larger squares"
         )
     return lattice_fault(corners, *size, image) or unequal_pitch(grid)
 
 
-def _runs_on(grid, image, told):
-    """The side beyond which a grid's squares go on, in words, or ''."""
-    share = SURE_SHARE_OF_EDGES if told else SHARE_OF_EDGES
+def _continuation_fault(grid, image, known_size):
+    """The side beyond which the squares of a grid continue, as text, or ''."""
+    share = MIN_TURNED_FRACTION_KNOWN_SIZE if known_size else MIN_TURNED_FRACTION
     side = runs_on_beyond(grid, as_8_bit(image), share)
     if not side:
         return ""
     return (
-        f"more squares stand beyond its {side}, of the board or of what lies behind; a "
-        "white margin about the board would tell them apart"
+        f"squares continue beyond its {side}, of the board or of the background; "
+        "add a white margin"
     )
 
 
 def open_side(grid, image):
-    """Which side of a grid may go on beyond the image (`side_named`), or ''."""
+    """The side of a grid that may continue outside the image (`side_named`), or ''."""
     return next((name for _, name in open_sides(grid, image)), "")
 
 
 def open_sides(grid, image):
-    """[(axis, `side_named`)] of the sides of a grid that may go on beyond the image.
+    """[(axis, `side_named`)] of the sides that may continue outside the image.
 
-    axis: 0 where rows may follow, 1 where columns. A board has ended where the next
-    corners would lie inside the image and are none, with as much of the fields behind
-    them as a corner is told by (QUADRANT); of each side a third (LEAST_SEEN) of these
-    must lie inside.
+    axis: 0 where rows may follow, 1 where columns. A board has ended where its next
+    corners would be inside the image but were not found. Enough of the squares behind
+    these must be inside to identify a corner (SQUARE_SAMPLES). At least
+    MIN_NEXT_ROW_FRACTION of the next corners of a side must be inside.
     """
     height, width = image.shape
     lattice = np.where(grid.known[..., None], grid.points, predicted(grid.points))
@@ -377,40 +393,43 @@ def open_sides(grid, image):
     )
     found = []
     for axis, following, last in sides:
-        points = following + QUADRANT[0] * (following - last)
+        points = following + SQUARE_SAMPLES[0] * (following - last)
         points = points[np.isfinite(points[:, 0])]
         inside = np.all(
-            (points > RIM_PX) & (points < np.array([width, height]) - 1 - RIM_PX),
+            (points > BORDER_PX) & (points < np.array([width, height]) - 1 - BORDER_PX),
             axis=1,
         )
-        if len(points) and inside.mean() < LEAST_SEEN:
+        if len(points) and inside.mean() < MIN_NEXT_ROW_FRACTION:
             found.append((axis, side_named(points, grid.points[grid.known])))
     return found
 
 
-def continues(grid, others):
-    """Whether another lattice carries this grid on, as a part of it cut off.
+def has_continuation(grid, others):
+    """Whether another lattice continues this grid, as a part that was split off.
 
-    Its corners then lie where this grid, run on, has its next ones.
+    Its corners then coincide with the next corners of this grid, extrapolated.
     """
     rings = grid.points
-    for _ in range(BEYOND_RINGS):
+    for _ in range(N_RINGS_BEYOND):
         rings = np.pad(rings, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
         for _ in range(2):
             guess = predicted(rings)
             rings = np.where(np.isfinite(rings), rings, guess)
     step = np.linalg.norm(np.gradient(rings, axis=(0, 1)), axis=3).min(axis=0)
     beyond = np.ones(rings.shape[:2], bool)
-    inner = slice(BEYOND_RINGS, -BEYOND_RINGS)
+    inner = slice(N_RINGS_BEYOND, -N_RINGS_BEYOND)
     beyond[inner, inner] = False
     beyond &= np.isfinite(rings[..., 0]) & np.isfinite(step)
-    places, reach = rings[beyond], step[beyond]
+    positions, reach = rings[beyond], step[beyond]
     for other in others:
         points = other.points[other.known]
-        off = np.linalg.norm(points[:, None] - places[None], axis=2) / reach
-        place, off = off.argmin(axis=1), off.min(axis=1)
-        near = off < 1
-        on = np.unique(place[off < ON_LATTICE])
-        if len(on) >= LEAST_SIDE and len(on) > SHARE_ON * near.sum():
+        distance = np.linalg.norm(points[:, None] - positions[None], axis=2) / reach
+        nearest, distance = distance.argmin(axis=1), distance.min(axis=1)
+        near = distance < 1
+        on = np.unique(nearest[distance < ON_LATTICE_TOL_STEPS])
+        if (
+            len(on) >= MIN_N_SIDE_CORNERS
+            and len(on) > MIN_ON_LATTICE_FRACTION * near.sum()
+        ):
             return True
     return False

@@ -12,22 +12,22 @@ from raxel.features.localise.saddle import (
     gather,
     localised,
     noise_variance,
-    still_there,
+    within_window,
 )
 
-ITERATIONS = 40
-RECENTRINGS = 3
-STILL_PX, STILL_COST = 1e-3, 1e-4
-# Windows of at most this many pixels in all are fitted at a time.
-PIXELS_AT_ONCE = 60_000
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e6
+MAX_ITERATIONS = 40
+MAX_RECENTRINGS = 3
+STEP_TOL_PX, COST_TOL = 1e-3, 1e-4
+# Largest number of pixels of the windows fitted at a time.
+MAX_BATCH_PIXELS = 60_000
+FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-3, 1e-9, 1e6
 FIRST_WIDTH_PX = 1.5
 LOG_WIDTHS = (-3.0, 6.0)
-# Edges are told apart, and have a width that a window can show.
-LEAST_SINE = 0.1
-LEAST_WIDTH_PX = 0.3
-ANGLE_HALF = (4, 7)
-ANGLE_BINS, APART_BINS = 36, 6
+# Two edges are distinct, and have a width that a window can show.
+MIN_SINE = 0.1
+MIN_WIDTH_PX = 0.3
+ANGLE_HALF_WINDOWS_PX = (4, 7)
+N_ANGLE_BINS, MIN_BIN_DISTANCE = 36, 6
 SMOOTH, DIFFERENCE = np.array([0.25, 0.5, 0.25]), np.array([-0.5, 0.0, 0.5])
 
 
@@ -81,8 +81,8 @@ def derivative(image: ArrayLike, corners: ArrayLike, *, window: int = 15) -> Loc
     half = window // 2
     known = converged & fits(image.shape, found, half + 5)
     variance = np.full((len(corners), 2, 2), np.nan)
-    for some in _in_parts(np.flatnonzero(known), window):
-        variance[some] = _variance(image, slopes, ridges[some], half)
+    for part in _in_parts(np.flatnonzero(known), window):
+        variance[part] = _variance(image, slopes, ridges[part], half)
     return localised(corners, found, variance, known)
 
 
@@ -132,18 +132,18 @@ def fit_ridges(
     magnitude = np.hypot(*slopes)
     ridges = np.full((len(corners), 10), np.nan)
     settled = np.zeros(len(corners), dtype=bool)
-    ready = fits(magnitude.shape, corners, max(half, ANGLE_HALF[1]) + 1)
-    for some in _in_parts(np.flatnonzero(ready), window):
-        start = _start(slopes, magnitude, corners[some], half)
-        ridges[some], settled[some] = _recentred(magnitude, start, half)
-    settled &= still_there(ridges[:, :2], corners, window)
+    ready = fits(magnitude.shape, corners, max(half, ANGLE_HALF_WINDOWS_PX[1]) + 1)
+    for part in _in_parts(np.flatnonzero(ready), window):
+        start = _start(slopes, magnitude, corners[part], half)
+        ridges[part], settled[part] = _recentred(magnitude, start, half)
+    settled &= within_window(ridges[:, :2], corners, window)
     settled &= _two_ridges(ridges, window)
     return ridges, settled
 
 
 def _in_parts(indices, window):
     """Indices in groups whose windows fit into the cache."""
-    size = max(1, PIXELS_AT_ONCE // window**2)
+    size = max(1, MAX_BATCH_PIXELS // window**2)
     return [indices[k : k + size] for k in range(0, len(indices), size)]
 
 
@@ -153,9 +153,9 @@ def _two_ridges(ridges, window):
     with np.errstate(invalid="ignore", over="ignore"):
         wide = np.exp([l1, l2])
         return (
-            (np.abs(np.sin(a1 - a2)) > LEAST_SINE)
+            (np.abs(np.sin(a1 - a2)) > MIN_SINE)
             & (np.minimum(h1, h2) > 0)
-            & (wide > LEAST_WIDTH_PX).all(axis=0)
+            & (wide > MIN_WIDTH_PX).all(axis=0)
             & (wide < window).all(axis=0)
         )
 
@@ -164,7 +164,7 @@ def _start(slopes, magnitude, corners, half):
     """First ridges (N, 10): along the two strongest edges near the corners."""
     pixels = np.rint(corners).astype(int)
     ridges = np.zeros((len(corners), 10))
-    normals = _edge_normals(slopes, pixels, int(np.clip(half, *ANGLE_HALF)))
+    normals = _edge_normals(slopes, pixels, int(np.clip(half, *ANGLE_HALF_WINDOWS_PX)))
     moved = _crossing(slopes, pixels, corners - pixels, normals, half)
     inside = (np.abs(moved) <= half).all(axis=1)
     ridges[:, :2] = np.where(inside[:, None], pixels + moved, corners)
@@ -180,10 +180,10 @@ def _start(slopes, magnitude, corners, half):
 
 
 def _crossing(slopes, pixels, start, normals, half):
-    """Where the two edges next to `start` (N, 2) cross, from `pixels`: (N, 2).
+    """Where the two edges near `start` (N, 2) cross, relative to `pixels`: (N, 2).
 
-    An edge lies at the mean place, across it, of the gradients that point across it;
-    the mean is taken nearer and nearer to the edge (mean shift).
+    The position of an edge is the mean position, across it, of the gradients that point
+    across it. The mean is taken in shrinking windows (mean shift).
     """
     x, y = _offsets(half)
     on_u, on_v = (
@@ -191,23 +191,23 @@ def _crossing(slopes, pixels, start, normals, half):
         for slope in slopes
     )
     cos, sin = np.cos(normals), np.sin(normals)
-    places = np.empty((len(pixels), 2))
+    positions = np.empty((len(pixels), 2))
     for k in range(2):
         c, s = cos[:, k, None], sin[:, k, None]
         across, along = c * on_u + s * on_v, c * on_v - s * on_u
         weight = np.maximum(across**2 - 2 * along**2, 0)
-        place = c * x + s * y
+        position = c * x + s * y
         middle = c * start[:, :1] + s * start[:, 1:]
         for reach in (half / 2, half / 4, FIRST_WIDTH_PX):
             near = weight * np.exp(
-                -0.5 * ((place - middle) / max(reach, FIRST_WIDTH_PX)) ** 2
+                -0.5 * ((position - middle) / max(reach, FIRST_WIDTH_PX)) ** 2
             )
             total = near.sum(axis=1, keepdims=True)
-            mean = (near * place).sum(axis=1, keepdims=True)
+            mean = (near * position).sum(axis=1, keepdims=True)
             middle = np.divide(mean, total, out=middle.copy(), where=total > 0)
-        places[:, k] = middle[:, 0]
+        positions[:, k] = middle[:, 0]
     rows = np.stack([cos, sin], axis=2)
-    return np.linalg.solve(rows, places[..., None])[..., 0]
+    return np.linalg.solve(rows, positions[..., None])[..., 0]
 
 
 def _edge_normals(slopes, pixels, half):
@@ -217,30 +217,30 @@ def _edge_normals(slopes, pixels, half):
     second one is the fullest bin at least 30 deg from the first.
     """
     on_u, on_v = (gather(slope, pixels - half, 2 * half + 1) for slope in slopes)
-    place = np.arctan2(on_v, on_u) % np.pi / np.pi * ANGLE_BINS
-    place = (
-        place.astype(int) % ANGLE_BINS
-        + ANGLE_BINS * np.arange(len(pixels))[:, None, None]
+    bins = np.arctan2(on_v, on_u) % np.pi / np.pi * N_ANGLE_BINS
+    bins = (
+        bins.astype(int) % N_ANGLE_BINS
+        + N_ANGLE_BINS * np.arange(len(pixels))[:, None, None]
     )
     count = np.bincount(
-        place.ravel(), (on_u**2 + on_v**2).ravel(), ANGLE_BINS * len(pixels)
-    ).reshape(-1, ANGLE_BINS)
+        bins.ravel(), (on_u**2 + on_v**2).ravel(), N_ANGLE_BINS * len(pixels)
+    ).reshape(-1, N_ANGLE_BINS)
     soft = 2 * count + np.roll(count, 1, axis=1) + np.roll(count, -1, axis=1)
     first = soft.argmax(axis=1)
-    apart = np.abs(np.arange(ANGLE_BINS) - first[:, None])
-    apart = np.minimum(apart, ANGLE_BINS - apart)
-    second = np.where(apart < APART_BINS, -1.0, soft).argmax(axis=1)
-    return (np.column_stack([first, second]) + 0.5) * np.pi / ANGLE_BINS
+    distance = np.abs(np.arange(N_ANGLE_BINS) - first[:, None])
+    distance = np.minimum(distance, N_ANGLE_BINS - distance)
+    second = np.where(distance < MIN_BIN_DISTANCE, -1.0, soft).argmax(axis=1)
+    return (np.column_stack([first, second]) + 0.5) * np.pi / N_ANGLE_BINS
 
 
 def _offsets(half):
-    """Places x, y (n,) in a window about its middle, in single precision."""
+    """Positions x, y (n,) in a window relative to its centre, in single precision."""
     step = np.arange(2 * half + 1, dtype=np.float32) - half
     return tuple(grid.ravel() for grid in np.meshgrid(step, step))
 
 
 def _values(magnitude, pixels, half):
-    """Magnitudes (N, n) in windows about whole `pixels`, in single precision."""
+    """Magnitudes (N, n) in windows around integer `pixels`, in single precision."""
     block = gather(magnitude, pixels - half, 2 * half + 1)
     return block.reshape(len(pixels), -1).astype(np.float32)
 
@@ -253,27 +253,27 @@ def _about(ridges, pixels):
 
 
 def _recentred(magnitude, ridges, half):
-    """Fits, with the window put about the last one; and whether they settled."""
+    """Fits in windows recentred on the last result; and whether they converged."""
     settled = np.zeros(len(ridges), dtype=bool)
     active = np.arange(len(ridges))
-    for _ in range(RECENTRINGS):
+    for _ in range(MAX_RECENTRINGS):
         pixels = np.rint(ridges[active, :2]).astype(int)
         values = _values(magnitude, pixels, half)
         fitted, settled[active] = _levenberg(
             _about(ridges[active], pixels), *_offsets(half), values
         )
         ridges[active] = _about(fitted, -pixels)
-        again = settled[active] & fits(magnitude.shape, ridges[active, :2], half + 1)
-        settled[active] &= again
-        again &= (np.rint(ridges[active, :2]) != pixels).any(axis=1)
-        active = active[again]
+        moved = settled[active] & fits(magnitude.shape, ridges[active, :2], half + 1)
+        settled[active] &= moved
+        moved &= (np.rint(ridges[active, :2]) != pixels).any(axis=1)
+        active = active[moved]
         if not len(active):
             break
     return ridges, settled
 
 
 def _columns(ridges, x, y, values):
-    """Derivatives (N, 10, n) of the model by its numbers, and values less the model."""
+    """Derivatives (N, 10, n) of the model by its parameters, and the residuals."""
     u, v, a1, a2, l1, l2, h1, h2, h3, _ = ridges.T[:, :, None]
     columns = np.empty((len(ridges), 10, len(x)), dtype=np.float32)
     ridge = []
@@ -317,9 +317,9 @@ def _normal(columns, residual):
 
 
 def _levenberg(ridges, x, y, values):
-    """Levenberg-Marquardt for all corners at once: ridges (N, 10), settled (N,).
+    """Levenberg-Marquardt for all corners at once: ridges (N, 10), converged (N,).
 
-    Places and corners are counted from the middle of each window.
+    Positions are relative to the centre of each window.
     """
     ridges = ridges.copy()
     settled = np.zeros(len(ridges), dtype=bool)
@@ -328,7 +328,7 @@ def _levenberg(ridges, x, y, values):
     square, slope = _normal(columns, residual)
     cost = np.square(residual).sum(axis=1)
     active = np.arange(len(ridges))
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         trial = ridges[active] + _damped(square[active], slope[active], damping[active])
         trial[:, 4:6] = np.clip(trial[:, 4:6], *LOG_WIDTHS)
         columns, residual = _columns(trial, x, y, values[active])
@@ -340,10 +340,10 @@ def _levenberg(ridges, x, y, values):
         ridges[taken], cost[taken] = trial[better], new_cost[better]
         square[taken], slope[taken] = _normal(columns[better], residual[better])
         damping[active] *= np.where(better, 0.2, 10.0)
-        np.clip(damping, LEAST_DAMPING, None, out=damping)
-        still = better & (moved < STILL_PX) & (gain <= STILL_COST * new_cost)
-        settled[active[still]] = True
-        active = active[~still & (damping[active] < MOST_DAMPING)]
+        np.clip(damping, MIN_DAMPING, None, out=damping)
+        stationary = better & (moved < STEP_TOL_PX) & (gain <= COST_TOL * new_cost)
+        settled[active[stationary]] = True
+        active = active[~stationary & (damping[active] < MAX_DAMPING)]
         if not len(active):
             break
     return ridges, settled

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
-# Windows about corners: gathering, interpolation, and the noise in them.
+# Windows around corners: gathering, interpolation, and the noise in them.
 
 
 def fits(shape, corners, reach):
-    """Which corners (N,) have `reach` px of image on all sides, and are finite."""
+    """Which corners (N,) are finite, with `reach` px of image on all sides."""
     height, width = shape
     with np.errstate(invalid="ignore"):
         inside = (corners >= reach) & (corners <= np.array([width, height]) - 1 - reach)
@@ -41,8 +41,8 @@ def cubic_taps(fraction):
 def spread(weights, taps):
     """Weights on samples (rows, n) as weights on pixels (N, rows, n + taps - 1).
 
-    A sample between pixels is a sum of pixels with `taps` (N, taps); its weight goes
-    to them in that proportion.
+    A sample between pixels is a sum of pixels with `taps` (N, taps); its weight is
+    distributed in that proportion.
     """
     rows, n = weights.shape
     out = np.zeros((len(taps), rows, n + taps.shape[1] - 1))
@@ -82,15 +82,19 @@ def noise_variance(
     pixel = np.floor(centre).astype(int)
     opposite = np.rint(2 * centre).astype(int) - pixel
     size = 2 * half + 5
-    here = gather(image, pixel - half - 2, size)
-    turned = gather(image, opposite - half - 2, size)[:, ::-1, ::-1]
-    even = (here + turned) / 2
+    window = gather(image, pixel - half - 2, size)
+    rotated = gather(image, opposite - half - 2, size)[:, ::-1, ::-1]
+    even = (window + rotated) / 2
     slope_u = _slope(even[:, 2:-2])
     slope_v = _slope(even[:, :, 2:-2].transpose(0, 2, 1)).transpose(0, 2, 1)
     shift = 2 * (corners - centre)[:, :, None, None]
-    odd = (here - turned)[:, 2:-2, 2:-2] + shift[:, 0] * slope_u + shift[:, 1] * slope_v
+    odd = (
+        (window - rotated)[:, 2:-2, 2:-2]
+        + shift[:, 0] * slope_u
+        + shift[:, 1] * slope_v
+    )
     total = weights.sum(axis=(1, 2))
-    # Every pair is counted twice. The corner itself has taken two degrees of freedom.
+    # Every pair is counted twice. The corner has used two degrees of freedom.
     with np.errstate(invalid="ignore", divide="ignore"):
         pairs = total**2 / (weights**2).sum(axis=(1, 2)) / 2
         mean = (weights * odd**2).sum(axis=(1, 2)) / (2 * total)
@@ -104,10 +108,10 @@ def _slope(values):
     return (8 * near - far) / 12
 
 
-# What every localiser takes and returns.
+# Input and output of every localiser.
 
 
-SMALLEST_WINDOW = 5
+MIN_WINDOW_PX = 5
 
 
 class Localised(NamedTuple):
@@ -136,34 +140,35 @@ class Localised(NamedTuple):
 def checked(
     image: ArrayLike, corners: ArrayLike, window: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Grey image as float64 and corners (N, 2), or InputError in one line."""
+    """The grey image as float64 and corners (N, 2), or InputError."""
     image = np.asarray(image)
     if image.ndim != 2:
         raise InputError(
-            f"image: found an array of shape {image.shape}; give grey, (height, width)"
+            f"image: found an array of shape {image.shape}; give grey levels "
+            "(height, width)"
         )
     corners = np.asarray(corners, dtype=float)
     if corners.ndim != 2 or corners.shape[1] != 2:
         raise InputError(
             f"corners: found an array of shape {corners.shape}; give (N, 2) pixels"
         )
-    if window != int(window) or window < SMALLEST_WINDOW or window % 2 == 0:
+    if window != int(window) or window < MIN_WINDOW_PX or window % 2 == 0:
         raise InputError(
-            f"window: found {window}; give an odd width of {SMALLEST_WINDOW} px or more"
+            f"window: found {window}; give an odd width of at least {MIN_WINDOW_PX} px"
         )
     return image.astype(float), corners
 
 
-def still_there(found, start, window):
-    """Which corners (N,) are finite and within the window they were put in."""
+def within_window(found, start, window):
+    """Which corners (N,) are finite and within the window of their start."""
     with np.errstate(invalid="ignore"):
         return (np.abs(found - start) <= window / 2).all(axis=1)
 
 
 def localised(start, found, variance, converged):
-    """A Localised of what converged, and of the start elsewhere.
+    """A Localised with the results that converged, and the start positions elsewhere.
 
-    variance: (N, 2, 2) px^2, covariance of the position; NaN where there is none.
+    variance: (N, 2, 2) px^2, covariance of the position; NaN where unknown.
     """
     corners = np.where(converged[:, None], found, start)
     with np.errstate(invalid="ignore"):
@@ -173,15 +178,15 @@ def localised(start, found, variance, converged):
 
 
 def inverted(matrices):
-    """Inverses of (N, 2, 2); not finite where there is none."""
+    """Inverses of (N, 2, 2); not finite where singular."""
     a, b, c, d = matrices.reshape(-1, 4).T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.stack([d, -b, -c, a] / (a * d - b * c), axis=1).reshape(-1, 2, 2)
 
 
-ITERATIONS = 30
-STILL_PX = 1e-4
-NOISE_WINDOW = 7
+MAX_ITERATIONS = 30
+STEP_TOL_PX = 1e-4
+NOISE_WINDOW_PX = 7
 SHIFT_PX = 0.5
 
 
@@ -241,7 +246,7 @@ def saddle_point(
     image, corners = checked(image, corners, window)
     soft = blurred(image, blur_sd)
     found, converged = fit_saddles(soft, corners, window)
-    reach = max(window, NOISE_WINDOW) // 2 + 4
+    reach = max(window, NOISE_WINDOW_PX) // 2 + 4
     known = converged & fits(image.shape, found, reach)
     variance = np.full((len(corners), 2, 2), np.nan)
     if known.any():
@@ -272,7 +277,9 @@ def blurred(image: np.ndarray, blur_sd: float) -> np.ndarray:
     import cv2
 
     if not blur_sd >= 0:
-        raise InputError(f"blur_sd: found {blur_sd}; give a standard deviation in px")
+        raise InputError(
+            f"blur_sd: found {blur_sd}; give a standard deviation in px, 0 or more"
+        )
     if blur_sd == 0:
         return image
     size = 2 * _reach(blur_sd) + 1
@@ -304,12 +311,12 @@ def fit_saddles(
     rows = _quadratic_rows(half)
     found = corners.copy()
     settled = np.zeros(len(corners), dtype=bool)
-    # By how much the fitted gradient changes with the window's place: at first as the
-    # fitted Hessian says, then as it was seen to (Broyden's method).
+    # Derivative of the fitted gradient by the position of the window: first the fitted
+    # Hessian, then updated by Broyden's method.
     change = np.full((len(corners), 2, 2), np.nan)
     step, gradient = np.zeros_like(corners), np.zeros_like(corners)
     active = np.arange(len(corners))
-    for turn in range(ITERATIONS):
+    for turn in range(MAX_ITERATIONS):
         active = active[fits(soft.shape, found[active], half + 2)]
         if not len(active):
             break
@@ -317,8 +324,8 @@ def fit_saddles(
         if turn == 0:
             change[active] = hessian
         else:
-            seen = now - gradient[active]
-            change[active] = _broyden(change[active], step[active], seen)
+            gradient_change = now - gradient[active]
+            change[active] = _broyden(change[active], step[active], gradient_change)
         saddle = (_det(hessian) < 0) & (_det(change[active]) < 0)
         active, now = active[saddle], now[saddle]
         moves = -np.linalg.solve(change[active], now[..., None])[..., 0]
@@ -326,10 +333,10 @@ def fit_saddles(
         moves *= np.minimum(1, half / np.maximum(length, 1e-12))[:, None]
         found[active] += moves
         step[active], gradient[active] = moves, now
-        inside = still_there(found[active], corners[active], window)
-        still = inside & (length < STILL_PX)
-        settled[active[still]] = True
-        active = active[inside & ~still]
+        inside = within_window(found[active], corners[active], window)
+        stationary = inside & (length < STEP_TOL_PX)
+        settled[active[stationary]] = True
+        active = active[inside & ~stationary]
     found[~settled] = np.nan
     return found, settled
 
@@ -339,9 +346,9 @@ def _det(matrices):
     return a * d - b * c
 
 
-def _broyden(change, step, seen):
-    """The matrices (N, 2, 2) nearest to `change` that take `step` to `seen`, (N, 2)."""
-    missing = seen - (change @ step[..., None])[..., 0]
+def _broyden(change, step, gradient_change):
+    """The matrices (N, 2, 2) nearest to `change` that map step to gradient_change."""
+    missing = gradient_change - (change @ step[..., None])[..., 0]
     square = np.maximum((step**2).sum(axis=1), 1e-12)[:, None, None]
     return change + missing[:, :, None] * step[:, None, :] / square
 
@@ -360,7 +367,7 @@ def _quadratic_rows(half):
 
 
 def _surface(image, centres, half, rows):
-    """Gradient (N, 2) and Hessian (N, 2, 2) of the fitted quadratic at its middle."""
+    """Gradient (N, 2) and Hessian (N, 2, 2) of the fitted quadratic at its centre."""
     first, along_u, along_v = _placed(centres, half, rows)
     values = gather(image, first, 2 * half + 4)
     moments = along_v @ values @ along_u.transpose(0, 2, 1)
@@ -381,18 +388,18 @@ def _variance(image, soft, found, window, blur_sd):
     """Covariance (N, 2, 2) of the saddle points.
 
     The window settles where its fitted gradient g is zero, so that noise moves it by
-    -(dg/dc)^-1 dg. Here c is the window's place: the window moves along, and dg/dc is
-    less than the fitted Hessian where the surface is no quadratic. dg is a weighted
-    sum of pixels: the rows of the fit, through interpolation and blur.
+    -(dg/dc)^-1 dg. Here c is the position of the window. The window moves along, and
+    dg/dc is less than the fitted Hessian where the surface is not quadratic. dg is a
+    weighted sum of pixels: the rows of the fit, through interpolation and blur.
     """
     half = window // 2
     rows = _quadratic_rows(half)
     change = np.empty((len(found), 2, 2))
     for axis in range(2):
-        aside = np.zeros(2)
-        aside[axis] = SHIFT_PX
-        ahead, _ = _surface(soft, found + aside, half, rows)
-        behind, _ = _surface(soft, found - aside, half, rows)
+        shift = np.zeros(2)
+        shift[axis] = SHIFT_PX
+        ahead, _ = _surface(soft, found + shift, half, rows)
+        behind, _ = _surface(soft, found - shift, half, rows)
         change[:, :, axis] = (ahead - behind) / (2 * SHIFT_PX)
     _, along_u, along_v = _placed(found, half, rows)
     u, v = (_through_blur(along, blur_sd) for along in (along_u, along_v))
@@ -402,7 +409,9 @@ def _variance(image, soft, found, window, blur_sd):
     gram[:, 1, 1] = vv[:, 1, 1] * uu[:, 0, 0]
     gram[:, 0, 1] = gram[:, 1, 0] = vv[:, 0, 1] * uu[:, 0, 1]
     inverse = inverted(change)
-    x = np.arange(-max(half, NOISE_WINDOW // 2), max(half, NOISE_WINDOW // 2) + 1.0)
+    x = np.arange(
+        -max(half, NOISE_WINDOW_PX // 2), max(half, NOISE_WINDOW_PX // 2) + 1.0
+    )
     weights = np.minimum(np.abs(x), half) ** 2
     weights = np.broadcast_to(weights + weights[:, None], (len(found), len(x), len(x)))
     noise = noise_variance(image, found, weights)

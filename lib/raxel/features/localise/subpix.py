@@ -48,7 +48,7 @@ def opencv_subpix(
     import cv2
 
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ITERATIONS)
-    # cornerSubPix writes into what it is given.
+    # cornerSubPix overwrites its input.
     start = np.array(corners, dtype=np.float32, order="C").reshape(-1, 1, 2)
     window, middle = (half_window, half_window), (zero_zone, zero_zone)
     found = cv2.cornerSubPix(image, start, window, middle, (*until, termination_px))
@@ -111,15 +111,15 @@ def corner_subpix(
         raise InputError(
             f"zero_zone: found {zero_zone}; give less than half_window {half_window}"
         )
-    # OpenCV takes no image that is smaller than its window and two pixels around it.
+    # OpenCV rejects images smaller than its window plus two pixels on each side.
     inside = fits(grey.shape, corners, 0) & (min(grey.shape) >= 2 * half_window + 5)
     found = corners.copy()
     if inside.any():
-        picture = image if image.dtype == np.uint8 else grey.astype(np.float32)
+        grey_levels = image if image.dtype == np.uint8 else grey.astype(np.float32)
         found[inside] = opencv_subpix(
-            picture, corners[inside], half_window, zero_zone, termination_px
+            grey_levels, corners[inside], half_window, zero_zone, termination_px
         )
-    # OpenCV says that it gave up by returning the very numbers it was given.
+    # OpenCV returns its input unchanged where it gives up.
     moved = inside & (found != corners.astype(np.float32)).any(axis=1)
     moved &= fits(grey.shape, found, half_window + 5)
     variance = np.full((len(corners), 2, 2), np.nan)

@@ -16,7 +16,7 @@ from raxel.calibration.mirror.observations import (
 from raxel.calibration.mirror.platter import flat_view
 from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import InputError
-from raxel.features.detector import Detection, Partial, refused
+from raxel.features.detector import Detection, Partial, rejected
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.sets.mirror_set import MirrorStep, PickedClamp
@@ -118,7 +118,7 @@ def test_whole_board_is_lattice_and_views_share_rows(step):
     whole = lattice_of(Detection(True, corners, 3, 2))
     np.testing.assert_array_equal(whole.indices[-1], [1, 2])
     assert len(whole.corners) == 5
-    assert lattice_of(refused(3, 2, "no board")) is None
+    assert lattice_of(rejected(3, 2, "no board")) is None
 
 
 def test_set_steps_accept_partial_boards(step):
@@ -133,7 +133,7 @@ def test_set_steps_accept_partial_boards(step):
         return [
             SimpleNamespace(
                 view=SimpleNamespace(label=label),
-                detection=refused(14, 13, "cut off")._replace(partial=partial),
+                detection=rejected(14, 13, "cut off")._replace(partial=partial),
             )
             for label, partial in zip(("before", "after"), partials, strict=True)
         ]

@@ -1,4 +1,4 @@
-"""What is stated of corners is true of them, whatever was done to the picture."""
+"""Predicted uncertainties match actual errors, under any image processing."""
 
 from functools import cache
 
@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.chessboard.corners import FULL, placed
+from raxel.features.chessboard.corners import FULL_EFFORT, localise_corners
 from raxel.features.chessboard.grids import (
     Patches,
-    at_most_usual,
+    add_shift_variance,
+    clip_at_median,
+    noise_ratio,
     patches_of,
     side_patches_of,
-    times_noise,
-    with_shift,
 )
 from raxel.features.chessboard.saddles import Level
 from raxel.features.lattice import orders
@@ -22,7 +22,7 @@ from tests.chessboards import Board, facing
 from tests.drawn_images import Board as BoardBefore
 from tests.drawn_images import Lens, Photo, gaussian
 from tests.drawn_images import drawn as photographed
-from tests.raxel.features.test_find import seen, soft_and_noisy
+from tests.raxel.features.chessboard.test_find_board import seen, soft_and_noisy
 
 FINER = 4
 
@@ -48,7 +48,7 @@ def crossings(blur, angle, noise, sigma, rng, count=60):
 
 @cache
 def fine():
-    """A board, and its picture with every pixel the mean of FINER x FINER."""
+    """A board, and its image with every pixel the mean of FINER x FINER."""
     board = Board(9, 6, facing(9, 6, 34, tilt=(0.05, -0.03), turn=0.2))
     scale = np.diag([FINER, FINER, 1.0])
     scale[:2, 2] = (FINER - 1) / 2
@@ -80,7 +80,7 @@ def moved(image, length, angle):
 
 
 def errors(found, truth):
-    """(distances (N,) px, stated SD (N,) px) under the best symmetry."""
+    """(distances (N,) px, predicted SD (N,) px) under the best symmetry."""
     distances = [
         (np.linalg.norm(found.corners[order] - truth, axis=1), found.sd[order])
         for order, size in orders(found.columns, found.rows)
@@ -99,16 +99,11 @@ SOFT = {
 }
 
 
-@cache
-def found_soft(name):
-    return find_board(SOFT[name](fine()[1]), 9, 6)
-
-
 @pytest.mark.parametrize("name", SOFT)
-def test_a_smooth_picture_is_not_a_certain_one(name):
-    """The SD is that of the errors, where no noise of single pixels shows any."""
-    board, _ = fine()
-    found = found_soft(name)
+def test_smoothing_does_not_lower_predicted_sd(name):
+    """The SD matches the errors where pixel noise alone does not explain them."""
+    board, image = fine()
+    found = find_board(SOFT[name](image), 9, 6)
     if not found.found:
         return
     off, sd = errors(found, board.corners())
@@ -121,7 +116,7 @@ def test_a_smooth_picture_is_not_a_certain_one(name):
 
 
 @pytest.mark.parametrize("noise", [2.0, 8.0])
-def test_noise_is_stated_as_it_is(noise):
+def test_predicted_sd_matches_noise_errors(noise):
     board, image = fine()
     soft = cv2.GaussianBlur(image, (0, 0), 0.7)
     rng = np.random.default_rng(3)
@@ -134,11 +129,11 @@ def test_noise_is_stated_as_it_is(noise):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_half_covered_corner_is_not_returned(side):
+def test_half_occluded_corner_is_not_returned(side):
     board = Board(9, 6, facing(9, 6, 40))
     image = seen(board)
     u, v = board.corners()[30]
-    # Its edge runs along the lattice, seven pixels beside the corner.
+    # Its edge runs along the lattice, seven pixels from the corner.
     edge = round(u + 7 * side)
     cover = slice(edge, edge + 16) if side > 0 else slice(edge - 16, edge)
     image[round(v) - 5 : round(v) + 16, cover] = 225
@@ -154,15 +149,15 @@ def scattered(times, seed, shape=(7, 10)):
 
 
 @pytest.mark.parametrize("times", [0.7, 1.0, 6.0])
-def test_errors_are_as_many_times_noise_as_parts_of_windows_disagree(times):
-    stated = np.stack([times_noise(scattered(times, seed)) for seed in range(20)])
+def test_noise_ratio_scales_with_disagreement(times):
+    stated = np.stack([noise_ratio(scattered(times, seed)) for seed in range(20)])
     assert np.median(stated) == pytest.approx(times, rel=0.08)
     # Chance makes no corner much better than it is.
     assert np.quantile(stated, 0.02) > 0.75 * times
 
 
-def test_a_lattice_goes_on_bending_beyond_its_sides():
-    """Bends that change evenly are told exactly, where a parabola's would be off."""
+def test_predicted_extrapolates_curvature():
+    """Evenly changing curvature is extrapolated exactly; a parabola would be biased."""
     i, j = np.mgrid[:6, :7].astype(float)
     points = np.stack([30 * j + 0.4 * j**3, 30 * i + 0.2 * i**3 + j**2], axis=2)
     patches, rows, columns = side_patches_of(points)
@@ -175,8 +170,8 @@ def test_a_lattice_goes_on_bending_beyond_its_sides():
     assert np.abs(plain.uu[:, 0] - 1.2 * columns).max() > 1
 
 
-def test_corners_along_the_edge_of_a_shadow_are_missing():
-    """All of such a row err alike, so that each finds its error usual."""
+def test_corners_on_shadow_edge_are_missing():
+    """All corners of such a row have similar errors, so that each looks normal."""
     board = Board(9, 6, facing(9, 6, 34, turn=0.2))
     row = board.corners().reshape(6, 9, 2)[2]
     v, u = np.mgrid[: board.height, : board.width]
@@ -190,7 +185,7 @@ def test_corners_along_the_edge_of_a_shadow_are_missing():
 
 
 @pytest.mark.parametrize("quality", [75, 90])
-def test_coding_and_clipping_are_stated_as_they_are(quality):
+def test_predicted_sd_covers_compression_and_clipping(quality):
     lens = Lens("perspective", 600.0)
     board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.4, -0.3, 0.2]))[0], np.zeros(3))
     board = board._replace(t=[0, 0, 19] - board.R @ [4.0, 2.5, 0])
@@ -201,8 +196,8 @@ def test_coding_and_clipping_are_stated_as_they_are(quality):
 
 
 @pytest.mark.parametrize("blur", [0.3, 0.7])
-def test_edges_along_the_pixels_are_not_drawn_to_them(blur):
-    """What pixels do to such an edge all of its places share, so that nothing shows."""
+def test_corners_along_pixel_grid_are_unbiased(blur):
+    """Aliasing is the same along such an edge, so that no disagreement shows it."""
     lens = Lens("perspective", 600.0)
     board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.02, 0.01, 0.02]))[0], None)
     board = board._replace(t=[0, 0, 19.3] - board.R @ [4.2, 2.3, 0])
@@ -217,43 +212,43 @@ def test_edges_along_the_pixels_are_not_drawn_to_them(blur):
     ("blur", "degrees", "window", "sigma"),
     [(0.7, 90, 7.0, 0.7), (3.0, 90, 14.0, 1.2), (1.0, 35, 7.0, 0.7)],
 )
-def test_the_noise_of_pixels_is_carried_through_the_fit(blur, degrees, window, sigma):
-    """To the scatter of the corner, and of what two parts of its window say of it."""
+def test_pixel_noise_propagates_through_corner_fit(blur, degrees, window, sigma):
+    """To the scatter of the corner, and to the disagreement of its two window parts."""
     rng = np.random.default_rng(5)
     levels, patch = crossings(blur, np.radians(degrees), 2.0, sigma, rng)
-    put = [placed(patch, level, window, FULL) for level in levels]
+    put = [localise_corners(patch, level, window, FULL_EFFORT) for level in levels]
     points = np.concatenate([one.points for one in put])
-    apart = np.concatenate([one.apart for one in put])
+    apart = np.concatenate([one.disagreement for one in put])
     # 120 numbers: their SD is known to 6.5 %.
     stated = np.median([one.sd[0] for one in put])
     assert np.sqrt(points.var(axis=0).mean()) == pytest.approx(stated, rel=0.2)
     assert np.sqrt(np.mean(apart**2)) == pytest.approx(1, rel=0.2)
 
 
-def test_a_row_in_a_shadow_s_edge_is_uncertain_for_itself():
+def test_noise_ratio_of_shadow_row_is_local():
     apart = scattered(1.0, 7, (6, 9))
     apart[2] *= 50
-    stated = np.median(times_noise(apart), axis=1)
+    stated = np.median(noise_ratio(apart), axis=1)
     assert stated[2] > 10
     # The median of a row counts its own parts' chance, too.
     assert stated[[0, 1, 3, 4, 5]].max() < 3
 
 
-def test_no_corner_is_taken_to_err_more_than_half_of_the_board_do():
+def test_clip_at_median_limits_noise_ratio():
     times = np.array([[0.5, 0.8, 9.0], [1.0, np.nan, 2.0]])
     expected = [[0.5, 0.8, 1.0], [1.0, np.nan, 1.0]]
-    np.testing.assert_array_equal(at_most_usual(times), expected)
-    assert np.isnan(at_most_usual(np.full((2, 2), np.nan))).all()
+    np.testing.assert_array_equal(clip_at_median(times), expected)
+    assert np.isnan(clip_at_median(np.full((2, 2), np.nan))).all()
 
 
-def test_what_half_a_turn_moves_by_chance_is_stated_already():
+def test_shift_within_fluctuation_keeps_sd():
     sd, shift = np.array([0.01, 0.01, 0.01]), np.array([0.0, 0.025, 0.2])
-    stated = with_shift(sd, shift)
+    stated = add_shift_variance(sd, shift)
     np.testing.assert_allclose(stated, [0.01, 0.01, 0.2], rtol=0.02)
 
 
-def test_a_twist_is_the_same_where_a_lattice_ends():
-    """Corners at its ends have fewer neighbours to tell it by, which do it as well."""
+def test_patch_twist_is_constant_at_lattice_end():
+    """Corners at the end have fewer neighbours, which determine the twist as well."""
     i, j = np.mgrid[:5, :6].astype(float)
     points = np.stack([30 * j + 1.5 * i * j, 28 * i - 0.8 * i * j], axis=2)
     patches, rows, _ = patches_of(points)

@@ -20,7 +20,7 @@ from raxel.features.celect.trace import (
     Layers,
     Trace,
     Tracer,
-    angle_apart,
+    angle_difference,
     canny_edges,
     clear_scale,
     harris_corners,
@@ -61,41 +61,41 @@ def strongest_line(found):
 
 @settings(deadline=None, max_examples=60)
 @given(theta=ANGLES, distance=st.floats(-9, 9))
-def test_a_line_is_found_with_orientation_and_signed_distance(theta, distance):
+def test_hough_line_has_orientation_and_signed_distance(theta, distance):
     # Without averaging, which moves the line towards the second, enforced peak.
     alone = CelectSettings(split_peaks=0)
     R, found = strongest_line(peaks(pixels_of_line(theta, distance), alone))
-    assert angle_apart(found, theta) < 2.5
+    assert angle_difference(found, theta) < 2.5
     assert 0 <= found < 180
     turned = abs(found - theta) > 90
     assert abs((-R if turned else R) - distance) < 1.5
 
 
 @pytest.mark.parametrize("theta", [0.0, 0.5, 179.5, 179.0, 1.0])
-def test_a_line_at_the_border_of_the_angle_is_one_peak(theta):
+def test_hough_line_at_angle_border_is_one_peak(theta):
     points = pixels_of_line(theta, 4.0)
     apart = CelectSettings(wrap=0, split_peaks=0)
     near = [
         line
         for line in peaks(points, apart).lines
-        if angle_apart(line[1], 0) < 3 and 2.5 < abs(line[0]) < 5.5
+        if angle_difference(line[1], 0) < 3 and 2.5 < abs(line[0]) < 5.5
     ]
     assert len(near) == 2
     together = peaks(points, CelectSettings(split_peaks=0))
-    near = [line for line in together.lines if angle_apart(line[1], theta) < 3]
+    near = [line for line in together.lines if angle_difference(line[1], theta) < 3]
     assert len(near) == 1
 
 
 @pytest.mark.parametrize("thetas", [(20, 100), (0, 90), (60, 150), (178, 80)])
-def test_two_crossing_lines_are_the_two_strongest_peaks(thetas):
+def test_hough_crossing_lines_are_strongest_peaks(thetas):
     points = np.vstack([pixels_of_line(theta) for theta in thetas])
     found = peaks(points)
     two = found.lines[np.argsort(-found.votes)[:2], 1]
     for theta in thetas:
-        assert angle_apart(two, theta).min() < 3
+        assert angle_difference(two, theta).min() < 3
 
 
-def test_two_peaks_are_enforced_and_no_more_than_five_are_taken():
+def test_hough_peak_count_is_limited():
     alone = CelectSettings(split_peaks=0)
     assert len(peaks(pixels_of_line(30), alone).lines) >= 2
     fan = np.vstack([pixels_of_line(theta) for theta in range(15, 180, 30)])
@@ -103,20 +103,20 @@ def test_two_peaks_are_enforced_and_no_more_than_five_are_taken():
     assert len(peaks(np.empty((0, 2), int)).lines) == 0
 
 
-def test_close_peaks_become_their_mean_by_votes_across_the_border():
+def test_hough_close_peaks_merge_across_border():
     near = np.array([(2.0, 179.0, 30.0), (-2.0, 1.0, 10.0)])
     np.testing.assert_array_equal(merged_lines(near, 5.0), [(2.0, 179.5, 40.0)])
     assert len(merged_lines(np.abs(near), 3.0)) == 2
 
 
-def test_the_next_line_turns_least_modulo_180():
+def test_next_line_has_least_turn_modulo_180():
     lines = np.array([[0.0, 5], [0, 170], [0, 90]])
     assert next_line(lines, np.arange(3), 178) == 0
     assert next_line(lines, np.arange(3), 174) == 1
     assert next_line(lines, np.arange(0), 174) is None
 
 
-def test_the_next_anchor_is_the_farthest_ahead_in_the_band():
+def test_next_anchor_is_farthest_in_band():
     edges = np.array([[50, 50], [55, 51], [56, 58], [20, 50], [64, 50]])
     line = (0.0, 0.0)
     chosen = next_anchor(edges, line, CENTRE, 3, CENTRE, np.array([1.0, 0]))
@@ -126,7 +126,7 @@ def test_the_next_anchor_is_the_farthest_ahead_in_the_band():
     assert next_anchor(edges[:3], line, CENTRE, 3, CENTRE, np.array([-1.0, 0])) is None
 
 
-def test_the_distance_is_to_the_line_through_the_two_nearest_anchors():
+def test_distance_to_trace_uses_nearest_anchors():
     anchors = np.array([[0.0, 0], [10, 0], [20, 10]])
     np.testing.assert_allclose(distance_to_trace(np.array([[4.0, 3]]), anchors), [3.0])
     np.testing.assert_allclose(
@@ -134,7 +134,7 @@ def test_the_distance_is_to_the_line_through_the_two_nearest_anchors():
     )
 
 
-def test_a_chain_of_close_corners_is_one_group():
+def test_average_close_groups_chains():
     corners = np.array([[0.0, 0], [3, 0], [6, 0], [20, 0]])
     labels = average_close(corners, 3.5)
     assert labels[0] == labels[1] == labels[2] != labels[3]
@@ -142,21 +142,21 @@ def test_a_chain_of_close_corners_is_one_group():
 
 @settings(deadline=None, max_examples=50)
 @given(seed=st.integers(0, 10**6), count=st.integers(2, 9))
-def test_processing_recovers_split_corners_and_drops_the_rest(seed, count):
+def test_processed_merges_split_corners(seed, count):
     rng = np.random.default_rng(seed)
     true = np.column_stack((20.0 * np.arange(count), rng.uniform(-1, 1, count)))
     split = np.vstack([true + d for d in ([2, 1], [-2, -1], [1, -2], [-1, 2])])
     beyond = np.array([[-18.0, 0], [20.0 * count - 1, 0]])
-    beside = np.array([[10.0, 15]])
+    lateral = np.array([[10.0, 15]])
     anchors = np.vstack((true[:1], true[:-1] + [10, 0], true[-1:]))
-    candidates = rng.permutation(np.vstack((split, beyond, beside)))
+    candidates = rng.permutation(np.vstack((split, beyond, lateral)))
     got = processed(candidates, anchors, 8.0, 7.0)
     assert len(got.merged) == count
     np.testing.assert_allclose(got.merged, true, atol=1e-9)
-    assert not (got.inliers[:, None] == beside).all(axis=2).any()
+    assert not (got.inliers[:, None] == lateral).all(axis=2).any()
 
 
-def test_the_values_of_tables_3_1_and_3_2():
+def test_celect_settings_match_thesis_tables():
     s = side_lengths(np.array([[0, 0], [190, 0], [190, 95], [0, 95]]), 10, 5, 1.9)
     np.testing.assert_allclose(s, [10, 10, 10, 10])
     column = np.array([[0.0, 0], [0, 10], [0, 30]])
@@ -177,8 +177,7 @@ def test_the_values_of_tables_3_1_and_3_2():
 
 
 @pytest.mark.parametrize("centre", [(95.4, 96.0), (200.0, 150.0), (3.0, 230.0)])
-def test_tiles_hold_what_a_window_of_its_own_would_find(centre):
-    """Edges and corners of a clean board, across the tiles' borders."""
+def test_layer_tiles_match_single_window(centre):
     v, u = np.indices((240, 300))
     turned = (0.9 * u + 0.4 * v) // 23 + (0.9 * v - 0.4 * u) // 23
     image = np.where(turned % 2, 210, 30).astype(np.uint8)
@@ -203,7 +202,7 @@ def test_tiles_hold_what_a_window_of_its_own_would_find(centre):
         assert len(tiled) == len(own)
 
 
-def test_a_lattice_is_read_along_the_contours_by_their_names():
+def test_along_contour_returns_named_values():
     numbers = np.arange(12).reshape(3, 4)
     sides = [along_contour(f"side {n}", numbers).tolist() for n in (1, 2, 3, 4)]
     assert sides == [[0, 1, 2, 3], [3, 7, 11], [8, 9, 10, 11], [0, 4, 8]]
@@ -211,8 +210,8 @@ def test_a_lattice_is_read_along_the_contours_by_their_names():
     assert along_contour("column 3", np.zeros((3, 4, 2))).shape == (3, 2)
 
 
-def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides(monkeypatch):
-    """Or it would reach over corners beside the one that was clicked."""
+def test_click_window_has_radius_of_shorter_side(monkeypatch):
+    """A larger window would include corners next to the clicked one."""
     clicks = np.array([[60.0, 60], [380, 60], [300, 140], [60, 140]])
     radii = []
 
@@ -238,13 +237,13 @@ def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides(monkeypatch):
         ((25.0, 24), False),
     ],
 )
-def test_a_step_arrives_where_it_passes_the_end_corner(end, arrived):
+def test_tracer_arrives_where_step_passes_end(end, arrived):
     tracer = Tracer(np.zeros((40, 60)), None, CelectSettings(arrival=0.5))
     trace = Trace([np.array([20.0, 20]), np.array([30.0, 20])])
     assert tracer._arrived(trace, np.array(end), 5.0) == arrived
 
 
-def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
+def test_column_merging_scales_with_previous_column():
     corners = np.zeros((4, 2))
     run = _Run(None, None, corners, 4, 4, CelectSettings(), {}, False)
     # The board leans back: 10 px from one corner to the next, then 30 and 50.

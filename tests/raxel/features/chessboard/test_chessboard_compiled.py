@@ -1,4 +1,4 @@
-"""The detector's compiled loops against OpenCV and plain formulas."""
+"""The detector's compiled loops compared with OpenCV and reference formulas."""
 
 import cv2
 import numpy as np
@@ -6,20 +6,20 @@ import pytest
 
 from raxel.features.chessboard import compiled
 from raxel.features.chessboard.links import Atlas
-from raxel.features.chessboard.saddles import RADII, Level, ring_test
+from raxel.features.chessboard.saddles import RING_RADII_PX, Level, ring_test
 
 SEEDS = range(3)
 
 
-def picture(seed, shape=(61, 83)):
+def noise_image(seed, shape=(61, 83)):
     noise = np.random.default_rng(seed).normal(128, 60, shape).astype(np.float32)
     return cv2.GaussianBlur(noise, (0, 0), 1.5)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_grey_between_pixels_is_that_of_opencv(seed):
+def test_grey_at_matches_opencv(seed):
     rng = np.random.default_rng(seed)
-    grey = picture(seed)
+    grey = noise_image(seed)
     u, v = rng.uniform(-5, 90, (2, 8, 60)).astype(np.float32)
     expected = cv2.remap(grey, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     found = [
@@ -29,8 +29,8 @@ def test_grey_between_pixels_is_that_of_opencv(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_saddles_are_where_the_hessian_of_opencv_says(seed):
-    grey, least = picture(seed), np.float32(2.0)
+def test_strongest_saddles_match_opencv_hessian(seed):
+    grey, least = noise_image(seed), np.float32(2.0)
     half = np.array([-0.5, 0, 0.5], np.float32)
     xx = cv2.Sobel(grey, cv2.CV_32F, 2, 0, ksize=1)
     yy = cv2.Sobel(grey, cv2.CV_32F, 0, 2, ksize=1)
@@ -45,7 +45,7 @@ def test_saddles_are_where_the_hessian_of_opencv_says(seed):
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.02, 3.1, 7))
-def test_the_ring_of_a_turned_corner_crosses_where_its_edges_leave(turn):
+def test_ring_test_finds_edge_directions(turn):
     v, u = np.indices((41, 41)) - 20.0
     along, across = (
         u * np.cos(turn) + v * np.sin(turn),
@@ -54,7 +54,7 @@ def test_the_ring_of_a_turned_corner_crosses_where_its_edges_leave(turn):
     soft = np.clip(along, -1, 1) * np.clip(across, -1, 1)
     level = Level((128 + 100 * soft).astype(np.float32), 1, 1.0)
     points, root = np.array([[20.0, 20.0], [8.0, 20.0]]), np.full(2, 200, np.float32)
-    found, angles, signs, contrast = ring_test(level, points, root, RADII)
+    found, angles, signs, contrast = ring_test(level, points, root, RING_RADII_PX)
     assert found.tolist() == [True, False]
     expected = np.sort((turn + np.pi / 2 * np.arange(4)) % (2 * np.pi))
     off = (angles[0] - expected + np.pi) % (2 * np.pi) - np.pi
@@ -93,7 +93,7 @@ def follow(atlas, angle, own=0, aside=0.0):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.7, 1.1])
-def test_an_edge_is_followed_to_the_corner_on_it(angle):
+def test_follow_edge_reaches_corner(angle):
     corner = round(30 + 50 * np.cos(angle)), round(40 + 50 * np.sin(angle))
     atlas = edge_atlas(angle, corner)
     end, heading = follow(atlas, angle + 0.1, aside=0.5)
@@ -103,6 +103,6 @@ def test_an_edge_is_followed_to_the_corner_on_it(angle):
     assert follow(atlas, angle + np.pi / 2)[0] == -1
 
 
-def test_a_trace_ends_where_dark_and_bright_change_sides():
+def test_follow_edge_ends_at_polarity_change():
     assert follow(edge_atlas(0.0, (80, 40)), 0.0)[0] == 6
     assert follow(edge_atlas(0.0, (80, 40), hidden=True), 0.0)[0] == -1

@@ -1,4 +1,4 @@
-"""Corners from one picture of a film to the next, and the mirror's shapes from them."""
+"""Corners tracked through a video, and the mirror shapes from them."""
 
 from functools import lru_cache
 
@@ -10,8 +10,8 @@ from chapters.shared.mirror.scores import load_height
 from raxel.calibration.mirror.track import MirrorTracker, VideoTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import InputError
-from raxel.features.film import _smooth, next_corners
 from raxel.features.lattice import spacing
+from raxel.features.video import _smooth, track_corners
 from tests.film_scenes import film_scene
 from tests.raised import raises_code
 
@@ -20,13 +20,12 @@ BENT_MM = 1.2  # corners move by 0.4 of a square
 
 @lru_cache
 def film():
-    """(MirrorScene, its Frames flat and bent)."""
     scene = film_scene(384)
     return scene, scene.frame(0.0), scene.frame(BENT_MM)
 
 
 def off_px(found, true):
-    """Distances (n,) of the corners found from the true ones, which must be seen."""
+    """Distances (n,) of the tracked corners from the true ones; none may be missing."""
     there = np.isfinite(found.corners[:, 0])
     off = np.linalg.norm(found.corners - true, axis=1)[there]
     assert np.isfinite(off).all()
@@ -34,28 +33,27 @@ def off_px(found, true):
 
 
 def square(frame, size):
-    """px of a square of the board, the median."""
     apart = spacing(frame.true, *size)
     return np.median(apart[np.isfinite(frame.true[:, 0])])
 
 
 def shifted(frame, shift):
-    picture = cv2.warpAffine(
+    image = cv2.warpAffine(
         frame.picture,
         np.column_stack([np.eye(2), shift]),
         frame.picture.shape[::-1],
         flags=cv2.INTER_CUBIC,
         borderValue=20,
     )
-    return picture, frame.true + shift
+    return image, frame.true + shift
 
 
-def test_corners_are_followed_within_their_stated_error():
+def test_tracked_corners_match_predicted_sd():
     scene, flat, bent = film()
     seen = np.isfinite(flat.true[:, 0]) & np.isfinite(bent.true[:, 0])
     moved = np.linalg.norm(bent.true - flat.true, axis=1)[seen]
     assert moved.max() > 0.35 * square(flat, scene.size)
-    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
+    found = track_corners(flat.picture, bent.picture, flat.true, *scene.size)
     off = off_px(found, bent.true)
     sd = found.sd[np.isfinite(found.sd)]
     assert len(off) == len(sd) > 0.85 * seen.sum()
@@ -66,7 +64,7 @@ def test_corners_are_followed_within_their_stated_error():
     assert not (found.lost & found.regained).any()
 
 
-def test_flow_gone_astray_does_not_bend_the_flow_of_all():
+def test_smooth_flow_is_robust_to_outliers():
     rng = np.random.default_rng(4)
     lattice = np.indices((9, 11)).reshape(2, -1).T
     i, j = lattice.T / 10
@@ -78,27 +76,27 @@ def test_flow_gone_astray_does_not_bend_the_flow_of_all():
     assert np.abs(_smooth(lattice, motion) - true).max() < 0.05
 
 
-def test_no_corner_becomes_its_neighbour_at_steps_of_half_a_square():
+def test_tracking_keeps_identity_at_half_square_steps():
     scene, flat, _ = film()
-    first = next_corners(flat.picture, flat.picture, flat.true, *scene.size)
+    first = track_corners(flat.picture, flat.picture, flat.true, *scene.size)
     step = square(flat, scene.size)
     for angle in np.arange(8) * np.pi / 4 + 0.1:
         shift = 0.5 * step * np.array([np.cos(angle), np.sin(angle)])
-        picture, true = shifted(flat, shift)
-        found = next_corners(flat.picture, picture, flat.true, *scene.size)
+        image, true = shifted(flat, shift)
+        found = track_corners(flat.picture, image, flat.true, *scene.size)
         assert off_px(found, true).max() < 0.2
         both = np.isfinite(first.corners[:, 0]) & np.isfinite(found.corners[:, 0])
         assert both.sum() > 0.8 * np.isfinite(first.corners[:, 0]).sum()
     # By a whole square, each would lie on the place of its neighbour.
-    picture, true = shifted(flat, [step, 0.0])
-    found = next_corners(flat.picture, picture, flat.true, *scene.size)
+    image, true = shifted(flat, [step, 0.0])
+    found = track_corners(flat.picture, image, flat.true, *scene.size)
     assert not np.isfinite(found.corners).any()
     assert found.lost.sum() == np.isfinite(flat.true[:, 0]).sum()
 
 
-def test_a_covered_rim_is_lost_and_comes_back():
+def test_occluded_side_is_lost_and_regained():
     scene, flat, bent = film()
-    start = next_corners(bent.picture, flat.picture, bent.true, *scene.size).corners
+    start = track_corners(bent.picture, flat.picture, bent.true, *scene.size).corners
     column = np.arange(len(start)) % scene.size[0]
     known = np.isfinite(start[:, 0])
     rim = known & (column >= column[known].max() - 1)
@@ -106,17 +104,17 @@ def test_a_covered_rim_is_lost_and_comes_back():
     covered = bent.picture.copy()
     (u, v), (right, bottom) = np.maximum(low, 0).astype(int), high.astype(int)
     covered[v:bottom, u:right] = 90
-    without = next_corners(flat.picture, covered, start, *scene.size)
+    without = track_corners(flat.picture, covered, start, *scene.size)
     assert without.lost[rim].all()
     off = off_px(without, bent.true)
     assert off.max() < 0.05
     assert len(off) > 0.6 * known.sum()
-    back = next_corners(covered, flat.picture, without.corners, *scene.size)
+    back = track_corners(covered, flat.picture, without.corners, *scene.size)
     assert back.regained[rim].sum() > 0.8 * rim.sum()
     assert off_px(back, flat.true).max() < 0.05
 
 
-def test_pictures_in_shapes_out_without_drift():
+def test_mirror_tracking_has_no_drift():
     scene, flat, bent = film()
     camera = scene.spline()
     settings = MirrorSettings(prior_sd=0.1)
@@ -136,47 +134,47 @@ def test_pictures_in_shapes_out_without_drift():
 
 
 def far_apart():
-    """Six corners of 14 by 13, none beside another."""
+    """Six corners of 14 by 13, no two of them neighbours."""
     corners = np.full((13, 14, 2), np.nan)
     corners[1:12:6, 2:13:5] = 100.0
     return corners.reshape(-1, 2)
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"after": np.zeros((10, 10), np.uint8)}, r"\(10, 10\)"),
         ({"after": np.zeros((288, 384))}, "uint8"),
         ({"corners": np.zeros((5, 2))}, r"\(5, 2\)"),
         ({"corners": np.full((182, 2), np.nan)}, " 0 corners"),
-        ({"corners": far_apart()}, "film: "),
+        ({"corners": far_apart()}, "video: "),
     ],
 )
-def test_what_is_no_film_is_refused(change, told):
-    picture = np.zeros((288, 384), np.uint8)
-    given = {"before": picture, "after": picture, "corners": np.zeros((182, 2))}
-    with pytest.raises(InputError, match=told):
-        next_corners(**given | change, columns=14, rows=13)
+def test_tracking_rejects_invalid_input(change, message):
+    image = np.zeros((288, 384), np.uint8)
+    given = {"before": image, "after": image, "corners": np.zeros((182, 2))}
+    with pytest.raises(InputError, match=message):
+        track_corners(**given | change, columns=14, rows=13)
 
 
-def test_a_negative_of_a_film_is_followed_alike():
+def test_tracking_is_independent_of_polarity():
     scene, flat, bent = film()
-    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
-    negative = next_corners(
+    found = track_corners(flat.picture, bent.picture, flat.true, *scene.size)
+    negative = track_corners(
         255 - flat.picture, 255 - bent.picture, flat.true, *scene.size
     )
     np.testing.assert_allclose(negative.corners, found.corners, atol=0.01)
 
 
-def test_flow_that_leads_to_the_neighbours_is_not_believed(monkeypatch):
-    """After half a square to the left, half a square to the right looks no worse."""
+def test_flow_to_neighbours_is_rejected(monkeypatch):
+    """After half a square to the left, half a square to the right fits equally well."""
     scene, flat, _ = film()
     step = square(flat, scene.size)
-    picture, true = shifted(flat, [-0.5 * step, 0.0])
+    image, true = shifted(flat, [-0.5 * step, 0.0])
     wrong = np.roll(true.reshape(13, 14, 2), 1, axis=1).reshape(-1, 2)
     wrong[::14] = np.nan
     known = np.isfinite(wrong[:, 0]) & np.isfinite(flat.true[:, 0])
     assert np.all(np.linalg.norm(wrong - flat.true, axis=1)[known] < 0.6 * step)
-    monkeypatch.setattr("raxel.features.film._flown", lambda *given: wrong)
-    found = next_corners(flat.picture, picture, flat.true, *scene.size)
+    monkeypatch.setattr("raxel.features.video._flow_positions", lambda *given: wrong)
+    found = track_corners(flat.picture, image, flat.true, *scene.size)
     assert not np.isfinite(found.corners).any()

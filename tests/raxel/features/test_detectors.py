@@ -1,4 +1,4 @@
-"""Detectors on drawn boards: right corners, one order, and nothing that is no board."""
+"""Detectors on rendered boards: accuracy, order, and rejection of other images."""
 
 import cv2
 import numpy as np
@@ -16,6 +16,7 @@ from raxel.features.lattice import (
     symmetries,
 )
 from tests.chessboards import Board, facing
+from tests.raxel.features.chessboard.test_find_board import distance, seen
 
 EVERY = pytest.mark.parametrize("detector", list(DETECTORS))
 COUNTING = pytest.mark.parametrize("detector", ["raxel", "opencv-sb"])
@@ -33,35 +34,17 @@ def drawn(name, columns=9, rows=6):
     return Board(columns, rows, homography, bend=bend)
 
 
-def seen(board, rng, blur=0.7, noise=2.0):
-    """The board through a soft lens, with noise."""
-    soft = cv2.GaussianBlur(board.image().astype(float), (0, 0), blur)
-    noisy = soft + rng.normal(0, noise, soft.shape)
-    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
-
-
-def distance(corners, board):
-    """The largest distance to the drawn corners under the best symmetry."""
-    return min(
-        np.linalg.norm(order - board.corners(), axis=1).max()
-        for order, size in symmetries(corners, board.columns, board.rows)
-        if size == (board.columns, board.rows)
-    )
-
-
 @EVERY
 @pytest.mark.parametrize("name", POSES)
-def test_corners_are_right_to_a_tenth_of_a_pixel(detector, name):
+def test_detector_corners_are_accurate(detector, name):
     board = drawn(name)
-    image = seen(board, np.random.default_rng(1), noise=0.0)
-    found = DETECTORS[detector](image, 9, 6)
-    assert found.found, found.reason
+    found = DETECTORS[detector](seen(board, 0.7, 0.0), 9, 6)
     assert (found.columns, found.rows) == (9, 6)
-    assert distance(found.corners, board) < 0.1
+    assert distance(found, board.corners(), 9, 6) < 0.1
 
 
 @EVERY
-def test_16_bit_images_give_the_same_corners(detector):
+def test_detector_accepts_16_bit_images(detector):
     image = drawn("turned").image()
     deep = image.astype(np.uint16) * 16 + 3000
     shallow = DETECTORS[detector](image, 9, 6)
@@ -73,15 +56,12 @@ def test_16_bit_images_give_the_same_corners(detector):
 
 @EVERY
 @pytest.mark.parametrize("quarters", [1, 2])
-def test_the_first_corner_stays_on_its_square_when_the_image_is_turned(
-    detector, quarters
-):
+def test_first_corner_is_stable_under_rotation(detector, quarters):
     board = drawn("tilted")
     image = board.image()
-    start = DETECTORS[detector](image, 9, 6).corners
+    expected = DETECTORS[detector](image, 9, 6).corners
     turned = np.ascontiguousarray(np.rot90(image, quarters))
     corners = DETECTORS[detector](turned, 9, 6).corners
-    expected = start
     height, width = image.shape
     for _ in range(quarters):
         # np.rot90 takes (u, v) of a (height, width) image to (v, width - 1 - u).
@@ -91,7 +71,7 @@ def test_the_first_corner_stays_on_its_square_when_the_image_is_turned(
 
 
 @EVERY
-def test_an_image_without_a_board_gives_a_reason(detector):
+def test_detector_without_board_gives_reason(detector):
     blank = np.random.default_rng(2).integers(0, 255, (240, 320), dtype=np.uint8)
     found = DETECTORS[detector](blank, 9, 6)
     assert not found.found
@@ -99,22 +79,22 @@ def test_an_image_without_a_board_gives_a_reason(detector):
     assert "9 x 6" in found.reason
 
 
-def test_opencv_needs_the_counts_and_says_so():
-    refusal = DETECTORS["opencv"](drawn("straight").image(), None, None)
-    assert not refusal.found
-    assert "opencv-sb" in refusal.reason
+def test_opencv_detector_requires_size():
+    rejection = DETECTORS["opencv"](drawn("straight").image(), None, None)
+    assert not rejection.found
+    assert "opencv-sb" in rejection.reason
 
 
 @COUNTING
-def test_a_board_standing_upright_has_its_longer_side_as_columns(detector):
+def test_upright_board_has_longer_side_as_columns(detector):
     image = np.ascontiguousarray(np.rot90(drawn("straight").image()))
     found = DETECTORS[detector](image, None, None)
     assert (found.columns, found.rows) == (9, 6)
 
 
-def test_refinement_repairs_a_corner_that_went_astray():
+def test_refine_corrects_outlier_corner():
     board = drawn("bent")
-    image = seen(board, np.random.default_rng(4))
+    image = seen(board, 0.7, 2.0, 4)
     start = board.corners()
     start[22] += (17.0, 6.0)
     start[0] -= (14.0, 10.0)
@@ -129,7 +109,7 @@ HALF_ASIDE = 0.35 * spacing(CORNERS, 9, 6)[24]
 
 
 @pytest.mark.parametrize("order", range(4))
-def test_every_symmetry_of_a_lattice_passes(order):
+def test_lattice_symmetries_are_valid(order):
     same_size = [o for o, size in symmetries(CORNERS, 9, 6) if size == (9, 6)]
     assert lattice_fault(same_size[order], 9, 6, BENT.image()) == ""
     assert verified(CORNERS, 9, 6, BENT.image()).found
@@ -145,16 +125,16 @@ def test_every_symmetry_of_a_lattice_passes(order):
         (24, CORNERS[24] + HALF_ASIDE, "out of line"),
     ],
 )
-def test_a_lattice_with_a_fault_is_refused(changed, values, fault):
+def test_verified_rejects_faulty_lattice(changed, values, fault):
     broken = CORNERS.copy()
     broken[changed] = values
-    refusal = verified(broken, 9, 6, BENT.image())
-    assert fault in refusal.reason
-    assert not refusal.found
-    assert refusal.corners.shape == (0, 2)
+    rejection = verified(broken, 9, 6, BENT.image())
+    assert fault in rejection.reason
+    assert not rejection.found
+    assert rejection.corners.shape == (0, 2)
 
 
-def test_a_lattice_beside_the_squares_is_refused():
+def test_lattice_off_the_squares_is_rejected():
     flat = np.full_like(BENT.image(), 90)
     assert "dark and bright" in lattice_fault(drawn("straight").corners(), 9, 6, flat)
     whole = Board(10, 6, facing(10, 6, 40))
@@ -163,7 +143,7 @@ def test_a_lattice_beside_the_squares_is_refused():
     assert lattice_fault(skipping, 9, 6, whole.image()) != ""
 
 
-def test_the_misfit_of_a_homography_is_small_and_of_an_outlier_its_size():
+def test_misfit_measures_outlier():
     board = drawn("tilted")
     assert misfit(board.corners(), 9, 6)[0].max() < 0.01
     moved = board.corners()
@@ -176,7 +156,7 @@ def test_the_misfit_of_a_homography_is_small_and_of_an_outlier_its_size():
 
 
 @pytest.mark.parametrize("size", [(9, 6), (8, 6), (7, 7), (6, 6), (7, 5)])
-def test_the_standard_order_does_not_depend_on_the_order_given(size):
+def test_standard_order_is_independent_of_input_order(size):
     board = Board(*size, facing(*size, 36, tilt=(0.03, 0.02), turn=0.4))
     image = board.image()
     results = [
@@ -190,14 +170,14 @@ def test_the_standard_order_does_not_depend_on_the_order_given(size):
 
 
 @pytest.mark.parametrize("turn", np.linspace(-3, 3, 7))
-def test_an_asymmetric_board_keeps_its_first_corner_at_any_turn(turn):
+def test_asymmetric_board_keeps_first_corner(turn):
     board = Board(9, 6, facing(9, 6, 30, turn=turn))
     turned = board.corners()[::-1]
     order = standard_order(turned, 9, 6, board.image())
     assert np.array_equal(turned[order], board.corners())
 
 
-def test_clicks_settle_the_first_corner():
+def test_clicks_determine_first_corner():
     board = Board(8, 6, facing(8, 6, 40))
     lattice = board.corners()
     for order, size in symmetries(lattice, 8, 6):
@@ -208,8 +188,8 @@ def test_clicks_settle_the_first_corner():
             )
 
 
-def test_the_sector_detector_begins_anew_at_every_picture():
-    """Its k-means draws from OpenCV's one generator, as other calls do."""
+def test_sector_detector_is_independent_of_earlier_calls():
+    """OpenCV's k-means uses a random generator shared by all calls."""
     image = drawn("tilted").image()
     after = []
     for calls in (1, 3):
@@ -219,7 +199,7 @@ def test_the_sector_detector_begins_anew_at_every_picture():
     assert np.array_equal(*after)
 
 
-def test_a_corner_that_starts_again_and_ends_farther_out_of_line_stays(monkeypatch):
+def test_refine_keeps_corner_if_restart_is_worse(monkeypatch):
     lattice = 20.0 * np.stack(np.meshgrid(np.arange(6), np.arange(5)), -1) + 30
     once = lattice.reshape(-1, 2)
     once[14] += [4, 0]  # a fifth of a step

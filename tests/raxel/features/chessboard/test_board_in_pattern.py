@@ -1,13 +1,13 @@
-"""A board cut along its squares and laid on squares: found where its size is given."""
+"""A board without a margin on other squares is found where its size is known."""
 
 import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.chessboard.ends import _ends, _shown
+from raxel.features.chessboard.ends import _ends_at_all_sides, _inside_image
 from raxel.features.chessboard.saddles import Level
 from tests.chessboards import Board, facing
-from tests.raxel.features.test_find import distance, soft_and_noisy
+from tests.raxel.features.chessboard.test_find_board import distance, soft_and_noisy
 
 BOARD = Board(6, 4, facing(6, 4, 40, turn=0.35), width=520, height=400)
 
@@ -25,26 +25,26 @@ def on_tiles(dark, bright, shift=(0.0, 0.0)):
 
 @pytest.mark.parametrize("shift", [(0, 0), (1, 0)])
 @pytest.mark.parametrize("tiles", [(60, 180), (180, 90)])
-def test_a_board_on_tiles_of_its_own_size_is_found_by_their_tones(tiles, shift):
-    """Whether its squares go on in step with the tiles or not."""
+def test_board_on_equal_tiles_is_found_by_contrast(tiles, shift):
+    """Whether or not its squares are in phase with the tiles."""
     found = find_board(on_tiles(*tiles, shift), 6, 4)
     assert found.found, found.reason
     assert distance(found, BOARD.corners(), 6, 4) < 0.3
 
 
-def test_tiles_that_look_like_the_board_are_named():
+def test_indistinguishable_tiles_are_rejected():
     image = on_tiles(50, 190)
-    told, counted = find_board(image, 6, 4), find_board(image)
-    assert not told.found
+    known, counted = find_board(image, 6, 4), find_board(image)
+    assert not known.found
     assert not counted.found
-    for reason in (told.reason, counted.reason):
-        assert "squares go on about the board" in reason
+    for reason in (known.reason, counted.reason):
+        assert "squares continue around the board" in reason
         assert "white margin" in reason
-    assert "no part of this size differs from the rest" in told.reason
+    assert "no part of this size differs from the rest" in known.reason
 
 
-def test_a_column_of_fainter_paint_does_not_end_a_board():
-    """The board is whole; with a column too few given, no part of it is one."""
+def test_column_of_lower_contrast_is_kept():
+    """The board is complete; with one column less given, no part of it is a board."""
     image = BOARD.image()
     edge = round(BOARD.corners().reshape(4, 6, 2)[:, 5, 0].mean())
     image[:, edge:] = 120 + (image[:, edge:].astype(float) - 120) * 0.6
@@ -53,12 +53,14 @@ def test_a_column_of_fainter_paint_does_not_end_a_board():
 
 
 @pytest.mark.parametrize(("width", "ends"), [(200, True), (104, False)])
-def test_rows_that_run_out_of_the_picture_do_not_end_a_board(width, ends):
-    """A column beyond a part of a lattice is empty: nothing of it is in the picture, or
-    nothing of a board. Its squares tell nothing."""
+def test_rows_outside_image_do_not_end_board(width, ends):
+    """A column outside a part of a lattice is empty, or not a part of a board.
+
+    Its squares then do not distinguish it.
+    """
     points = np.stack(np.meshgrid(20.0 * np.arange(1, 7), 20.0 * np.arange(1, 6)), -1)
     points[:, 5] = np.nan
     level = Level(np.zeros((200, width), np.float32), 1, 1.0, None)
     steps = [np.stack([-np.ones((5, 6)), np.ones((5, 6))], -1)] * 2
     room = slice(0, 5), slice(0, 5)
-    assert _ends(points, _shown(points, level), steps, room) == ends
+    assert _ends_at_all_sides(points, _inside_image(points, level), steps, room) == ends

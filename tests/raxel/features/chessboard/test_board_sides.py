@@ -1,4 +1,4 @@
-"""A board that is cut, shaded or of unequal squares is not counted as a whole one."""
+"""Truncated, shaded or unequal boards are not counted as complete."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,13 @@ from raxel.features import find_board
 from raxel.features.chessboard.grids import Grid
 from raxel.features.chessboard.sides import dark_side, unequal_pitch
 from tests.chessboards import Board, facing
-from tests.raxel.features.test_find import drawn, seen, soft_and_noisy
+from tests.raxel.features.chessboard.test_find_board import drawn, seen, soft_and_noisy
 
 BOARD = Board(9, 6, facing(9, 6, 40))
 
 
 def without_margin(image, ground):
-    """The picture of BOARD with `ground` in place of its white margin."""
+    """The image of BOARD with `ground` instead of its white margin."""
     (left, top), (right, bottom) = BOARD.corners()[[0, -1]]
     v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
     on_board = (np.abs(u - (left + right) / 2) < (right - left) / 2 + 40) & (
@@ -28,7 +28,7 @@ def column(number):
 
 
 def shaded(image, left, right, light):
-    """The picture in the shadow of something between columns of pixels."""
+    """The image with a shadow between columns of pixels."""
     shade = np.ones(image.shape[1])
     shade[max(round(left), 0) : max(round(right), 0)] = light
     return soft_and_noisy(image * shade)
@@ -36,17 +36,16 @@ def shaded(image, left, right, light):
 
 @pytest.mark.parametrize("light", [0.05, 0.3])
 @pytest.mark.parametrize("beyond", [0.5, 0.75])
-def test_a_side_cut_by_a_shadow_does_not_end_the_board(light, beyond):
-    """Two columns lie in the shadow, whose edge cuts the squares beyond the third."""
+def test_side_truncated_by_shadow_is_rejected(light, beyond):
+    """Two columns are in the shadow, whose edge cuts the squares of the third."""
     image = shaded(BOARD.image(), 0, column(2) - beyond * 40, light)
     found = find_board(image)
-    assert not found.found
     assert "give columns and rows" in found.reason
 
 
 @pytest.mark.parametrize(("beyond", "side"), [(140, "left side"), (20, "")])
-def test_a_shadow_is_told_by_white_paper_behind_two_other_sides(beyond, side):
-    """With the picture's rim in the squares above and below, only the right is left."""
+def test_shadow_detection_requires_two_white_margins(beyond, side):
+    """With the image border in the top and bottom squares, only the right is left."""
     points = BOARD.corners().reshape(6, 9, 2)
     top, bottom = (round(v) for v in (points[0, 0, 1], points[-1, 0, 1]))
     image = shaded(BOARD.image(), 0, column(0) - 40, 0.03)
@@ -54,14 +53,14 @@ def test_a_shadow_is_told_by_white_paper_behind_two_other_sides(beyond, side):
     assert dark_side(grid, image[top - beyond : bottom + beyond]) == side
 
 
-def test_what_stands_before_a_side_does_not_end_the_board():
+def test_occluded_side_is_rejected():
     image = seen(BOARD)
     image[:, round(column(6)) + 16 :] = 150
-    assert "look cut short" in find_board(image).reason
+    assert "appear truncated" in find_board(image).reason
     assert not find_board(image, 9, 6).found
 
 
-def test_squares_that_are_narrower_on_both_sides_are_a_board():
+def test_narrow_squares_on_both_sides_are_accepted():
     image = BOARD.image()
     image[:, : round(column(0)) - 20] = 210
     image[:, round(column(8)) + 20 :] = 210
@@ -70,23 +69,22 @@ def test_squares_that_are_narrower_on_both_sides_are_a_board():
 
 
 def stretched(image, low, high):
-    """The picture with the rows of pixels from low to high twice."""
+    """The image with the rows of pixels from low to high repeated."""
     return np.concatenate([image[:high], image[low:high], image[high:]])
 
 
 @pytest.mark.parametrize("size", [(9, 6), (None, None)])
-def test_a_row_of_double_height_is_noticed(size):
+def test_row_of_double_height_is_rejected(size):
     corners = BOARD.corners().reshape(6, 9, 2)
     low, high = (round(corners[k, 0, 1] + 0.5) for k in (2, 3))
     image = stretched(BOARD.image(), low, high)
     found = find_board(soft_and_noisy(image), *size)
-    assert not found.found
     line = "between row 3 from its top and row 3 from its bottom are 2.0 times longer"
-    assert f"its squares are not equal: those {line} than" in found.reason
+    assert f"its squares are unequal: those {line} than" in found.reason
 
 
 @pytest.mark.parametrize("name", ["tilted", "bent", "strongly bent"])
-def test_a_bent_board_has_equal_squares(name):
+def test_bent_board_has_equal_pitch(name):
     board = drawn(name)
     points = board.corners().reshape(board.rows, board.columns, 2)
     ones = np.ones(points.shape[:2])
@@ -96,42 +94,41 @@ def test_a_bent_board_has_equal_squares(name):
 @pytest.mark.parametrize(
     ("off", "side"), [((260, 0), "right side"), ((0, 150), "bottom")]
 )
-def test_a_board_that_runs_out_of_the_picture_is_no_smaller_board(off, side):
+def test_board_cut_by_image_border_is_rejected(off, side):
     centre = 319.5 + off[0], 239.5 + off[1]
     image = seen(Board(9, 6, facing(9, 6, 40, centre=centre)))
     found = find_board(image, 9, 6)
-    assert not found.found
-    assert f"but the board may go on beyond its {side}" in found.reason
+    assert f"but the board may continue beyond its {side}" in found.reason
     assert found.reason.endswith("outside the image; check columns and rows")
 
 
 def covered(image, light, from_, slant=0):
-    """The picture with a sheet of one grey right of a column of pixels `from_`."""
+    """The image with a sheet of one grey right of a column of pixels `from_`."""
     v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
     return np.where(u > from_ + slant * (v - 240), light, image)
 
 
-@pytest.mark.parametrize("light", [70, 235])
-def test_a_sheet_whose_edge_is_that_of_squares_does_not_end_the_board(light):
-    """It hides a column and shows no cut square: its edge runs on beyond the board."""
-    image = covered(BOARD.image(), light, column(8) + 1)
+@pytest.mark.parametrize(
+    ("light", "beyond", "slant"), [(70, 1, 0), (235, 1, 0), (235, 0, 0.02)]
+)
+def test_sheet_edge_on_squares_is_rejected(light, beyond, slant):
+    """The sheet hides a column and truncates no square; its edge extends farther."""
+    image = covered(BOARD.image(), light, column(8) + beyond, slant)
     found = find_board(soft_and_noisy(image))
-    assert not found.found
-    assert "the edge at its right side runs straight on beyond" in found.reason
+    assert "the edge at its right side extends beyond the board" in found.reason
 
 
-def test_squares_cut_aslant_are_no_side_of_a_board():
-    """Tiles seen through an opening: no side of it shows whole squares."""
+def test_obliquely_truncated_squares_are_rejected():
+    """Tiles behind an opening: no side of it shows complete squares."""
     tiles = Board(16, 14, facing(16, 14, 48, turn=0.05)).image()
     v, u = np.mgrid[0:480, 0:640]
     opening = (u > 130) & (u < 510) & (v > 90) & (v < 390)
     found = find_board(soft_and_noisy(np.where(opening, tiles, 120)))
-    assert not found.found
-    assert "squares at its top look cut short" in found.reason
+    assert "squares at its top appear truncated" in found.reason
 
 
-def test_a_side_that_lacks_nothing_is_not_blamed():
-    """The board is whole, and asked for with a column more; its rim is near its top."""
+def test_complete_side_is_not_named():
+    """The board is complete, and the given size has one column more."""
     image = seen(Board(8, 6, facing(8, 6, 40, centre=(319.5, 130))))
     assert "beyond its top, outside" in find_board(image).reason
     assert find_board(image, 9, 6).reason.endswith(
@@ -139,24 +136,28 @@ def test_a_side_that_lacks_nothing_is_not_blamed():
     )
 
 
-def test_what_lies_outside_the_image_is_no_shadow():
-    """The picture ends in the top squares: aslant, some of the next corners are in it,
-    but next to nothing of the fields behind them."""
+def test_area_outside_image_is_not_shadow():
+    """The image border cuts the top squares obliquely.
+
+    Some of the next corners are inside, but little of the squares behind them.
+    """
     homography = facing(5, 4, 105, turn=0.1, centre=(319.5, 268))
     found = find_board(seen(Board(5, 4, homography, height=600)))
-    assert "may go on beyond its top, outside the image" in found.reason
+    assert "may continue beyond its top, outside the image" in found.reason
 
 
-def test_a_board_of_which_squares_run_out_lies_in_no_shadow():
-    """White paper is seen behind three of seven corners of its top; squares of the
-    others end at the picture's rim."""
+def test_cut_board_is_not_in_shadow():
+    """White paper is visible behind three of seven corners of the top.
+
+    The squares of the others are cut by the image border.
+    """
     board = Board(7, 6, facing(7, 6, 60, turn=0.25, centre=(319.5, 204)))
     found = find_board(seen(board))
     assert (found.columns, found.rows) == (7, 6)
 
 
-def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
-    """A hand in the middle of the side: the squares beside it end as they should."""
+def test_locally_occluded_side_is_rejected():
+    """An occluder at the centre of the side: the other squares are complete."""
     image = BOARD.image()
     v = BOARD.corners().reshape(6, 9, 2)[:, 8, 1]
     image[round(v[1]) + 5 : round(v[4]) - 5, round(column(7)) + 15 :] = 150
@@ -164,32 +165,22 @@ def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
         image[:, round(column(8)) - 1 :] < 150, 210, image[:, round(column(8)) - 1 :]
     )
     found = find_board(soft_and_noisy(image))
-    assert not found.found
-    assert "squares at its right side look cut short" in found.reason
+    assert "squares at its right side appear truncated" in found.reason
 
 
-def test_a_slanting_sheet_does_not_end_the_board():
-    image = covered(BOARD.image(), 235, column(8), slant=0.02)
-    found = find_board(soft_and_noisy(image))
-    assert not found.found
-    assert "runs straight on beyond the board" in found.reason
-
-
-def test_squares_in_a_shadow_beyond_a_side_are_seen():
-    """No side has white paper behind it: only the squares tell that they are some."""
+def test_squares_in_shadow_are_detected():
+    """No side has a white margin: only the squares in the shadow indicate it."""
     image = without_margin(BOARD.image(), 30.0)
     found = find_board(soft_and_noisy(image))
     assert (found.columns, found.rows) == (9, 6)
     found = find_board(shaded(image, 0, column(0), 0.2))
-    assert not found.found
-    assert "more squares stand in a shadow beyond its left side" in found.reason
+    assert "more squares are in a shadow beyond its left side" in found.reason
 
 
-def test_a_sheet_on_dark_stripes_does_not_end_the_board():
-    """The stripes run on beyond the sheet's edge nearly as dark as it is in places."""
+def test_sheet_on_dark_stripes_is_rejected():
+    """The stripes extend beyond the sheet's edge, in places as dark as the sheet."""
     v, u = np.mgrid[0:480, 0:640]
     ground = 28 + 15 * (1 + np.sin(2 * np.pi * (0.5 * u + v) / 60))
     image = covered(without_margin(BOARD.image(), ground), 28, column(8) + 1)
     found = find_board(soft_and_noisy(image, noise=0.3))
-    assert not found.found
-    assert "the edge at its right side runs straight on beyond" in found.reason
+    assert "the edge at its right side extends beyond" in found.reason
