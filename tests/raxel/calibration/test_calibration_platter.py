@@ -160,7 +160,7 @@ def test_flat_mirror_rejects_impossible_images():
     with raises_code("poses-misfit"):
         grid_poses_in_platter(VIEWER, [first, moved], THICKNESS)
     none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
-    with pytest.raises(CalibrationError, match="image 0: the mirror image"):
+    with pytest.raises(CalibrationError, match="image 0: grid"):
         grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
 
 

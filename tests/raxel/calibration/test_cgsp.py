@@ -52,7 +52,8 @@ def test_grid_parallel_to_base_is_harmless_among_others(pinhole, noise):
 
 
 @pytest.mark.parametrize(
-    ("nonsense", "message"), [({"side": 0}, "side: 0"), ({"pinhole": "none"}, "'none'")]
+    ("nonsense", "message"),
+    [({"side": 0}, "side: found 0"), ({"pinhole": "none"}, "'none'")],
 )
 def test_unknown_side_or_method_is_rejected(nonsense, message):
     _, _, _, points = scene(1)

@@ -16,7 +16,7 @@ def tilted(*degrees):
 
 
 @pytest.mark.parametrize(
-    ("degrees", "needed", "refused"),
+    ("degrees", "needed", "rejected"),
     [
         ((0, 0.5, 1, 1.4), 2, True),
         ((0, 7, 1, 0.5), 2, False),

@@ -371,7 +371,7 @@ def test_perspective_rays_rotate_about_centre():
     np.testing.assert_allclose(middle.covariance[0], expected, atol=1e-9)
 
 
-@pytest.mark.parametrize(("agreeing", "refused"), [(1, False), (2, True)])
+@pytest.mark.parametrize(("agreeing", "rejected"), [(1, False), (2, True)])
 def test_chance_inliers_are_rejected(monkeypatch, agreeing, rejected):
     """Six pairs are fitted whatever they are. Of the others five or more agree, where
     `agreeing` of 14 do when they are matched at random, as often as is summed here."""

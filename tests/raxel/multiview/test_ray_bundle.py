@@ -295,7 +295,7 @@ def test_ray_bundle_rejects_invalid_input():
     rejected = [
         ("4 views and poses", lambda: triangulate(views, STAGE[:3])),
         ("along two rays", lambda: triangulate([twice, *views[1:]], STAGE)),
-        ("numbers .* of 20 rays", lambda: triangulate(
+        ("numbers .* for 20 rays", lambda: triangulate(
             [RayView(views[0].rays, [1, 2])], STAGE[:1])),
         ("1 views", lambda: bundle_rays(views[:1], STAGE[:1])),
         ("shares 4 points", lambda: bundle_rays(few, STAGE)),

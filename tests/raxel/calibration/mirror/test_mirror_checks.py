@@ -24,7 +24,7 @@ def monitors():
     ]
 
 
-@pytest.mark.parametrize(("apart_mm", "refused"), [(9.9, True), (10.1, False)])
+@pytest.mark.parametrize(("apart_mm", "rejected"), [(9.9, True), (10.1, False)])
 def test_monitor_positions_need_minimum_distance(apart_mm, rejected):
     asked = []
 
@@ -45,7 +45,7 @@ def test_monitor_positions_need_minimum_distance(apart_mm, rejected):
 
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(
-    ("share", "hidden", "refused"),
+    ("share", "hidden", "rejected"),
     [
         (0.01, False, False),
         (0.04, False, True),

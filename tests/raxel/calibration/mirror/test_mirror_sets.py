@@ -60,7 +60,7 @@ def test_mirror_set_is_read(tmp_path):
             "primary.grids: 1 position of the active grid; give 2 or more",
         ),
         ({}, {"stages": {"resolution": [330, 240]}}, "stages.set: images have"),
-        ({}, {"stages": {"target": WITHOUT_PITCH}}, "its target.pitch_mm is null"),
+        ({}, {"stages": {"target": WITHOUT_PITCH}}, "stages.set: target.pitch_mm is null"),
         (
             {},
             {"platter": {"target": MONITOR | {"monitor_mm": [40, 30]}}},
