@@ -1,11 +1,11 @@
-"""Changes that break a good image set, and reference corners to put beside it."""
+"""Changes that break a good image set, and reference corners to go with it."""
 
 import yaml
 
 ACTIVE_GRID = {"kind": "active_grid", "monitor_px": [1024, 768], "monitor_mm": None}
 
 
-NEXT = {"image": "view1.png"}  # each photograph shows one pattern
+NEXT = {"image": "view1.png"}  # each image shows one pattern
 GRAY = {"image": "view0.png", "axis": "x", "kind": "gray", "bit": 0, "of": 4}
 
 

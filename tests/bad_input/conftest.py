@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from raxel.cli import main, progress
+from raxel.cli import main, terminal
 from tests.bad_input.changes import reference
 from tests.image_sets import write_drawn_set
 
@@ -13,7 +13,7 @@ from tests.image_sets import write_drawn_set
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
     """Progress is held back however busy the machine is: one line is one line."""
-    monkeypatch.setattr(progress, "PATIENCE_S", 600.0)
+    monkeypatch.setattr(terminal, "PATIENCE_S", 600.0)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Boards that do not calibrate, and files of corners that do not fit the set."""
+"""Boards that do not calibrate, and files of corners that do not match the set."""
 
 import json
 import re
@@ -12,7 +12,7 @@ from tests.bad_input.changes import edit, reference, setting
 from tests.image_sets import write_drawn_set
 
 
-def test_one_view_left_to_calibrate(broken, calibration_fails):
+def test_single_calibration_view_is_rejected(broken, calibration_fails):
     def change(data):
         for view in data["views"][1:]:
             view["use"] = "evaluate"
@@ -22,14 +22,14 @@ def test_one_view_left_to_calibrate(broken, calibration_fails):
 
 
 @pytest.mark.parametrize("model", ["zhang", "generic"])
-def test_parallel_boards(broken, calibration_fails, model):
+def test_parallel_boards_are_rejected(broken, calibration_fails, model):
     write_drawn_set(broken, tilts=((0, 0),) * 6)
     line = calibration_fails("--model", model)
     assert "set.yaml: views: " in line
     assert "parallel" in line
 
 
-def test_wrong_count_of_corners_in_the_target(broken, calibration_fails):
+def test_wrong_board_size_is_reported(broken, calibration_fails):
     edit(broken, setting("target", "columns", to=12))
     line = calibration_fails()
     assert "set.yaml: views: board found in 0 of 6 images" in line
@@ -37,7 +37,7 @@ def test_wrong_count_of_corners_in_the_target(broken, calibration_fails):
 
 
 @pytest.mark.parametrize("detector", ["opencv", "celect"])
-def test_a_detector_that_cannot_count(broken, fails, tmp_path, detector):
+def test_detector_requires_known_board_size(broken, fails, tmp_path, detector):
     edit(broken, lambda data: data["target"].update(columns=None, rows=None))
     out = "--json", tmp_path / "corners.json"
     line = fails("corners", broken, "--detector", detector, *out)
@@ -45,22 +45,22 @@ def test_a_detector_that_cannot_count(broken, fails, tmp_path, detector):
     assert detector in line
 
 
-def test_a_detector_that_needs_clicks(broken, fails, calibration_fails, tmp_path):
+def test_celect_requires_clicks(broken, fails, calibration_fails, tmp_path):
     out = "--json", tmp_path / "corners.json"
     for line in (
         fails("corners", broken, "--detector", "celect", *out),
         calibration_fails("--detector", "celect"),
     ):
-        assert "set.yaml: views: found no outer_corners in the 6 to be sea" in line
+        assert "set.yaml: views: found no outer_corners in 6 views, but" in line
 
 
-def test_no_board_in_any_image_is_a_failure_with_its_reasons(broken, tmp_path, capsys):
+def test_corners_without_any_board_fail_with_reasons(broken, tmp_path, capsys):
     edit(broken, setting("target", "columns", to=12))
     path = tmp_path / "corners.json"
     assert main(["corners", str(broken), "--json", str(path)]) == 2
     printed = capsys.readouterr()
     assert printed.err.count("\n") == 1
-    assert "set.yaml: views: no image has a board" in printed.err
+    assert "set.yaml: views: no usable board in any image; check" in printed.err
     assert "view5.png: no board of 12 x 5" in printed.out
     written = json.loads(path.read_text())["images"]
     assert not any(image["found"] for image in written)
@@ -68,7 +68,7 @@ def test_no_board_in_any_image_is_a_failure_with_its_reasons(broken, tmp_path, c
 
 
 @pytest.mark.parametrize("fault", [MemoryError(), cv2.error("Insufficient memory")])
-def test_an_image_too_large_for_the_memory(broken, fails, monkeypatch, fault):
+def test_image_too_large_for_memory_is_reported(broken, fails, monkeypatch, fault):
     def greedy(image, columns, rows):
         raise fault
 
@@ -109,7 +109,7 @@ REFERENCES = {
 
 
 @pytest.mark.parametrize("fault", REFERENCES)
-def test_reference_corners_that_do_not_fit(broken, fails, fault):
+def test_invalid_reference_corners_are_rejected(broken, fails, fault):
     change, expected = REFERENCES[fault]
     data = reference(35)
     change(data)
@@ -198,7 +198,7 @@ CORNERS = {
 
 
 @pytest.mark.parametrize("fault", CORNERS)
-def test_corner_files_that_do_not_fit(broken, calibration_fails, tmp_path, fault):
+def test_invalid_corners_file_is_rejected(broken, calibration_fails, tmp_path, fault):
     text, expected = CORNERS[fault]
     path = tmp_path / "found.json"
     path.write_text(text)
@@ -207,7 +207,7 @@ def test_corner_files_that_do_not_fit(broken, calibration_fails, tmp_path, fault
     assert re.search(expected, line), line
 
 
-def test_corners_on_one_line_are_a_fault_of_their_file(calibration_fails, tmp_path):
+def test_collinear_corners_are_attributed_to_their_file(calibration_fails, tmp_path):
     path = tmp_path / "found.json"
     names = [f"view{i}.png" for i in range(6)]
     path.write_text(json.dumps({"images": [found(name) for name in names]}))
@@ -215,6 +215,6 @@ def test_corners_on_one_line_are_a_fault_of_their_file(calibration_fails, tmp_pa
     assert line.startswith(f"raxel: {path}: view0.png: corners: ")
 
 
-def test_a_missing_corner_file(calibration_fails, tmp_path):
+def test_missing_corners_file_is_reported(calibration_fails, tmp_path):
     path = tmp_path / "none.json"
     assert f"{path}: no such file" in calibration_fails("--corners", path)

@@ -1,4 +1,4 @@
-"""A set.yaml that is at fault: one line with file, field and what was found."""
+"""An invalid set.yaml: one line with file, field and problem."""
 
 import re
 import shutil
@@ -222,7 +222,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_in_set_yaml_is_named(broken, calibration_fails, fault):
+def test_invalid_set_yaml_is_rejected(broken, calibration_fails, fault):
     change, expected = FAULTS[fault]
     edit(broken, change)
     line = calibration_fails()
@@ -253,7 +253,7 @@ SYNTAX = {
 
 
 @pytest.mark.parametrize("fault", SYNTAX)
-def test_yaml_that_cannot_be_read_is_named_with_its_line(broken, fails, fault):
+def test_unreadable_yaml_is_reported_with_line(broken, fails, fault):
     text, expected = SYNTAX[fault]
     (broken / "set.yaml").write_text(text)
     line = fails("check", broken)
@@ -261,12 +261,12 @@ def test_yaml_that_cannot_be_read_is_named_with_its_line(broken, fails, fault):
     assert re.search(expected, line), line
 
 
-def test_a_set_yaml_that_is_no_text(broken, fails):
+def test_binary_set_yaml_is_rejected(broken, fails):
     (broken / "set.yaml").write_bytes(b"\xff\xfe\x00name")
     assert "save it as UTF-8" in fails("check", broken)
 
 
-def test_what_is_no_set(fails, tmp_path):
+def test_folder_without_set_is_rejected(fails, tmp_path):
     assert "not an image set .no set.yaml." in fails("check", tmp_path)
     assert "found nothing; give the folder" in fails("check", tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
@@ -293,14 +293,14 @@ def by_hard_link(folder):
 
 
 @pytest.mark.parametrize("way", [by_detour, by_folder, by_link, by_hard_link])
-def test_a_photograph_under_two_names_is_one(broken, calibration_fails, way):
+def test_same_file_under_two_names_is_rejected(broken, calibration_fails, way):
     name = way(broken)
     edit(broken, setting("views", 4, to={"image": name, "use": "evaluate"}))
     wanted = f"views[4].image: found '{name}', the same file as 'view1.png' of views[1]"
     assert f"{broken / 'set.yaml'}: {wanted}; list it once" in calibration_fails()
 
 
-def test_a_copy_of_a_photograph_is_another(broken):
+def test_copied_image_is_accepted(broken):
     shutil.copy(broken / "view1.png", broken / "copy.png")
     edit(broken, setting("views", 4, "image", to="copy.png"))
     assert [view.label for view in load_set(broken).views][4] == "copy.png"

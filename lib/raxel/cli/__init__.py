@@ -1,95 +1,89 @@
-"""The command line. SET is the folder of an image set, CAMERA an .npz camera file.
+"""The program `raxel`.
 
-- `raxel check SET` reads all of a set and says what is in it.
-- `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
-  where it finds none at all, a FILE that is there is kept.
-- `raxel calibrate SET --out CAMERA [--model MODEL] [--json FILE]
-  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a
-  camera to a set of chessboards or of active grids.
-- `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
-  [--detector NAME] [--stage N] [--board FILE]` scores a camera; only the targets'
-  poses are fitted. FILE is what `raxel calibrate --json` wrote of the same board, whose
-  bends and stretch are taken from there.
-- `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
-  them: new files, or in place of those of an earlier undistort, never of others. CAMERA
-  may be a view's file of points from `raxel decode`: then no camera is needed, and the
-  images are laid out on the plane that the active grid lay in.
-- `raxel render RIG --out SET [--seed N] [--noise LEVEL]` photographs a rig's target in
-  the virtual laboratory; where RIG describes a mirror set, all of that.
-- `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]
-  [--offset PART] [--size-mm W H] [--chessboard COLUMNS ROWS] [--poses N]` draws what
-  an active grid's monitor shows, with a set.yaml for the photographs.
-- `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--linear]
-  [--margin PX]` finds the point of the monitor that each pixel sees; `--points` takes
-  FOLDER.
-- `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
-  rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
-  or a page to turn (.html); without it the page opens in the browser.
+Its commands are `check`, `corners`, `decode`, `calibrate`, `evaluate`, `undistort`,
+`show`, `patterns` and `render`. `raxel COMMAND --help` explains each.
 
-`check`, `calibrate` and `evaluate` take the folder of a mirror set, too: of a camera
-that looks into a mirror which bends. A camera is written for each stage, and scored by
-the boards of `--stage N`; `--report` shows the shapes and what they rest on.
+Results are files. A short summary goes to standard output, with one line `warning: ...`
+per problem; progress goes to standard error. The exit status is
 
-`--corners` takes corners that `raxel corners --json` wrote; without it they are found
-by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each
-view's `outer_corners` in set.yaml. `--points` takes what `raxel decode` wrote; without
-it an active grid is decoded as `raxel decode` does by default. Every command explains
-its options with `--help`.
+- 0: success;
+- 1: a result cannot be written;
+- 2: invalid input, an invalid command line, or no board in any image; one line
+  `raxel: file: field: problem; what to do` states the reason;
+- 130: interrupted.
 
-Results are files, a short summary goes to standard output, progress to standard
-error. A line of the summary that begins with `warning:` says what went into no result,
-or what no camera fits. Exit status: 0 done; 2 bad input, with one line that says what
-and where, or no board in any image; 1 a file that cannot be written; 130 interrupted.
-Nothing half-written is left, and of several results of one command all are written or
-none. A pipe whose reader has gone (`| head -1`) stops nothing: files are written,
-status 0.
+No file is left half-written: of several results of one command, all are written or
+none. A closed pipe (`raxel check SET | head -1`) does not stop a command. Colours and
+the progress bar are for terminals only; the variable `NO_COLOR` turns colours off.
 """
 
 import contextlib
+import errno
 import os
 import sys
+from collections.abc import Sequence
 
-from raxel.cli.parsers import parser
-from raxel.cli.progress import Progress
-from raxel.cli.terminal import Terminal, on_one_line
+import click
+
+from raxel.cli.commands import PROGRAM
+from raxel.cli.terminal import Progress, Terminal, on_one_line
 from raxel.errors import InputError
 
 
-def main(argv=None):
-    """Run one command; returns the exit status."""
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit status.
+
+    Parameters
+    ----------
+    argv : sequence of str or None
+        Words of the command line without the program's name. None stands for those of
+        the process.
+
+    Returns
+    -------
+    int
+        Exit status: 0, 1, 2 or 130.
+    """
     out, err = Terminal(sys.stdout), Terminal(sys.stderr)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = _run(argv)
+        with contextlib.closing(Progress(err)) as progress:
+            status, problem = _run(sys.argv[1:] if argv is None else argv, progress)
         out.flush()
-        if status == 0 and out.fault is not None and not out.reader_has_gone:
-            _complain(f"standard output: {out.fault.strerror}; all files are written")
+        if not status and out.fault and out.fault.errno != errno.EPIPE:
             status = 1
+            problem = f"raxel: standard output: {out.fault.strerror}; results are saved"
+        if problem:
+            print(on_one_line(problem), file=err)
         err.flush()
     return status
 
 
-def _run(argv):
-    # With several threads OpenCV's fits differ in the last digits from run to run.
+def _run(argv: Sequence[str], progress: Progress) -> tuple[int, str]:
+    """Return the exit status and what to print in case of a problem."""
+    # With several threads, OpenCV's fits differ in the last digits from run to run.
     os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
-    progress = Progress(sys.stderr)
     try:
-        options = parser().parse_args(argv)
-        options.command(options, progress.say)
-    except SystemExit as stop:
-        return stop.code or 0
+        with PROGRAM.make_context("raxel", list(argv), obj=progress.say) as context:
+            PROGRAM.invoke(context)
+    except click.exceptions.Exit as stop:
+        return stop.exit_code, ""
+    except click.UsageError as fault:
+        return 2, _usage(argv, fault)
     except InputError as fault:
-        _complain(fault)
-        return 2
+        return 2, f"raxel: {fault}"
     except OSError as fault:
         name = fault.filename2 or fault.filename or "output"
-        _complain(f"{name}: {fault.strerror or fault}; not written")
-        return 1
+        return 1, f"raxel: {name}: {fault.strerror or fault}; not written"
     except KeyboardInterrupt:
-        _complain("interrupted")
-        return 130
+        return 130, "raxel: interrupted"
     progress.release()
-    return 0
+    return 0, ""
 
 
-def _complain(fault):
-    print(f"raxel: {on_one_line(fault)}", file=sys.stderr)
+def _usage(argv: Sequence[str], fault: click.UsageError) -> str:
+    known = [word for word in argv[:1] if word in PROGRAM.commands]
+    command = " ".join(["raxel", *known])
+    message = fault.format_message().rstrip(".")
+    if possible := getattr(fault, "possibilities", None):
+        message = f"{fault.message.rstrip('.')} (did you mean {possible[0]}?)"
+    return f"{command}: {message[0].lower()}{message[1:]}; see {command} --help"

@@ -1,19 +1,34 @@
-"""What a command writes takes the place of no device and of no file that it reads."""
+"""Checks of the files that a command writes, and folders that appear complete."""
 
+import contextlib
 import os
+import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from raxel.errors import InputError
+from raxel.io.files import check_can_be_written
+from raxel.sets.model import ImageSet
 
 
-def check_written(written, image_sets, read=()):
-    """Raise InputError where a file to be written is a device or read by the command.
+def check_written(
+    written: Iterable[str | Path | None],
+    image_sets: Iterable[ImageSet],
+    read: Iterable[str | Path | None] = (),
+) -> None:
+    """Raise InputError if an output is a device or an input of the command.
 
-    `written`: names of files; `image_sets`: the ImageSets that are read, none of whose
-    files may be among them; `read`: names of other files, and of folders whose files
-    are read. None stands for an option that was not given. A file is known by what it
-    is on the disk, whatever it is called: by another spelling, through a link, in
-    capitals where these are the same.
+    A file is identified by its device and inode, so that other spellings, links and
+    other capitals (where the file system ignores them) are recognised.
+
+    Parameters
+    ----------
+    written : iterable of path or None
+        Files that the command writes. None stands for an option that is not given.
+    image_sets : iterable of ImageSet
+        Image sets that the command reads. Outputs must not replace any of their files.
+    read : iterable of path or None
+        Other files that the command reads, and folders with such files.
     """
     inputs = {_identity(name) for name in read if name}
     owners = {
@@ -22,37 +37,49 @@ def check_written(written, image_sets, read=()):
         for file in _files(image_set)
     }
     owners.pop(None, None)
-    for name in filter(None, written):
-        path = Path(name)
+    for path in [Path(name) for name in written if name]:
         if path.exists() and not path.is_file():
-            raise InputError(
-                f"{name}: found no ordinary file, and results are moved into place; "
-                "give the name of a file"
-            )
-        places = path, *path.resolve().parents
-        owner = next(filter(None, (owners.get(_identity(one)) for one in places)), None)
+            raise InputError(f"{path}: not a regular file; give the name of a file")
+        paths = path, *path.resolve().parents
+        owner = next(filter(None, (owners.get(_identity(one)) for one in paths)), None)
         if owner is not None:
             raise InputError(
-                f"{name}: found a file of the set {owner.folder}, which is only read; "
-                "choose another name"
+                f"{path}: belongs to the image set {owner.folder}; choose another name"
             )
-        if path.exists() and inputs & set(map(_identity, places)):
+        if path.exists() and inputs & set(map(_identity, paths)):
             raise InputError(
-                f"{name}: the command reads this file; choose another name to write"
+                f"{path}: is an input of this command; choose another name"
             )
 
 
-def _files(image_set):
-    """All that a set reads; the folder of its truth stands for what is in it."""
+def _files(image_set: ImageSet) -> list[Path]:
+    """Return all files that a set reads; its truth is a folder."""
     names = [name for view in image_set.views for name in view.files]
     names += filter(None, (image_set.reference, image_set.truth))
     return [image_set.description, *(image_set.folder / name for name in names)]
 
 
-def _identity(path):
-    """What tells a file from all others, the same for all its names."""
+def _identity(path: str | Path) -> tuple[int, int] | None:
+    """Return what all names of one file have in common; None if there is no file."""
     try:
         found = os.stat(path)
-    except (OSError, ValueError):  # it is not there, or can have no such name
+    except (OSError, ValueError):  # no such file, or not a possible name
         return None
     return found.st_dev, found.st_ino
+
+
+@contextlib.contextmanager
+def new_folder(out: str | Path) -> Iterator[Path]:
+    """Yield a folder that is renamed to `out` if the block ends without an error.
+
+    Raises InputError if `out` exists or cannot be created.
+    """
+    out = Path(out)
+    if out.exists() or out.is_symlink():
+        raise InputError(f"{out}: already exists; give the name of a new folder")
+    check_can_be_written(out)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}-") as room:
+        folder = Path(room) / "made"
+        folder.mkdir()
+        yield folder
+        os.rename(folder, out)

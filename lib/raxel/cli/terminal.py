@@ -1,80 +1,176 @@
-"""Text for a terminal: it commands nothing there, and a lost reader stops nothing."""
+"""Text for a terminal: control characters are escaped, closed pipes are tolerated."""
 
-import errno
+from __future__ import annotations
+
+import contextlib
 import io
 import os
+import re
+import sys
+import time
 import unicodedata
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from rich import progress
+
+PATIENCE_S = 5.0
+COUNTED = re.compile(r"(\d+)/(\d+) (.*)")
+HELP_STYLES = {
+    r"(?m)^\S.*:$|^Usage:": "bold yellow",
+    r"(?<!\S)--?[a-z][a-z-]*": "cyan",
+    r"(?m)(?<=^  )[a-z]+(?=  )": "cyan",
+    r"\[(default|required)\b.*?\]": "dim",
+}
 
 
-def on_one_line(text):
-    """`text` with all that is not seen as itself shown as an escape, line breaks too.
+def on_one_line(text: object, kept: str = "") -> str:
+    """Return the text with every character that is not printable as an escape.
 
-    These are control characters (C0, C1, DEL), marks that turn the direction of
-    writing, separators of lines, and halves of characters.
+    Escaped are control characters (C0, C1, DEL), line breaks and separators, marks of
+    the writing direction, and lone surrogates, but not the characters `kept`.
     """
-    return _visible(str(text), kept="")
-
-
-def _visible(text, kept):
-    if text.isprintable():
-        return text
     return "".join(
         one
         if one.isprintable() or one in kept or unicodedata.category(one) == "Zs"
         else one.encode("unicode_escape").decode()
-        for one in text
+        for one in str(text)
     )
 
 
 class Terminal:
-    """A stream for people: all text as `on_one_line`, but line breaks stay.
+    """An output stream that escapes text as `on_one_line` does.
 
-    A stream that cannot be written is remembered in `fault` and left alone: the
-    command goes on, since its results are files. `stream` None swallows everything.
+    After an error of the stream, `fault` holds the error and all further text is
+    discarded. The command continues, because its results are files. Without a stream
+    (None) all text is discarded.
     """
 
-    def __init__(self, stream):
-        self.fault = None
+    def __init__(self, stream: TextIO | None, kept: str = "\n") -> None:
+        self.fault: OSError | None = None
         self._stream = io.StringIO() if stream is None else stream
+        self._kept = kept
 
-    @property
-    def reader_has_gone(self):
-        """Whether this is a pipe whose reader wants no more."""
-        return self.fault is not None and self.fault.errno == errno.EPIPE
-
-    def write(self, text):
-        """Write `text`; returns its length."""
-        shown = _visible(text, kept="\n")
+    def write(self, text: str) -> int:
+        """Write the text; return its length."""
         encoding = getattr(self._stream, "encoding", None) or "utf-8"
-        shown = shown.encode(encoding, "backslashreplace").decode(encoding)
-        self._attempt(self._stream.write, shown)
+        data = on_one_line(text, self._kept).encode(encoding, "backslashreplace")
+        self._attempt(self._stream.write, data.decode(encoding))
         return len(text)
 
-    def flush(self):
-        """Pass on what is held back."""
+    def flush(self) -> None:
+        """Flush the stream."""
         self._attempt(self._stream.flush)
 
-    def isatty(self):
-        """Whether people look at it now."""
-        return self._stream.isatty()
+    def console(self) -> Any:
+        """Return a rich.console.Console for text that is escaped already."""
+        from rich.console import Console
 
-    def __getattr__(self, name):
+        file: Any = Terminal(self._stream, kept="\n\r\x1b")
+        return Console(file=file, highlight=False)
+
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
-    def _attempt(self, do, *arguments):
-        if self.fault is not None:
-            return
+    def _attempt(self, do: Callable[..., object], *arguments: object) -> None:
         try:
-            do(*arguments)
+            if self.fault is None:
+                do(*arguments)
         except OSError as fault:
             self.fault = fault
-            self._lead_away()
+            # What is still buffered must not fail again when Python ends.
+            with contextlib.suppress(OSError), open(os.devnull, "w") as nowhere:
+                os.dup2(nowhere.fileno(), self._stream.fileno())
 
-    def _lead_away(self):
-        """What the stream still holds back must not fail again at the end of Python."""
-        try:
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
-        except OSError:  # it is no file of the system
-            pass
+
+def print_help(text: str) -> None:
+    """Print a help text, with colours if standard output is a terminal."""
+    stdout: Any = sys.stdout
+    if stdout.isatty():
+        from rich.text import Text
+
+        styled = Text(text)
+        for pattern, style in HELP_STYLES.items():
+            styled.highlight_regex(pattern, style)
+        stdout.console().print(styled, soft_wrap=True)
+    else:
+        print(text)
+
+
+class Progress:
+    """Show progress: a bar on a terminal, lines elsewhere.
+
+    A line `NUMBER/TOTAL TEXT` moves the bar. In a pipe or a log file, the lines of the
+    first PATIENCE_S seconds are held back, so that a command that fails early leaves
+    only its error message there.
+    """
+
+    def __init__(
+        self, stream: Terminal, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._stream = stream
+        self._clock = clock
+        self._has_bar = stream.isatty() and os.environ.get("TERM") != "dumb"
+        self._live_from = clock() + (0.0 if stream.isatty() else PATIENCE_S)
+        self._held: list[str] = []
+        self._bar: progress.Progress | None = None
+
+    def say(self, line: str) -> None:
+        """Show one line of progress."""
+        line = on_one_line(line)
+        counted = COUNTED.fullmatch(line)
+        if counted and self._has_bar:
+            self._advance(int(counted[1]), int(counted[2]), counted[3])
+            return
+        self.close()
+        self._held.append(line)
+        if self._clock() >= self._live_from:
+            self.release()
+
+    def release(self) -> None:
+        """Print the lines that were held back."""
+        for line in self._held:
+            print(line, file=self._stream)
+        self._held.clear()
+        self._stream.flush()
+
+    def close(self) -> None:
+        """Remove the bar."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _advance(self, number: int, total: int, text: str) -> None:
+        if self._bar is None:
+            self._bar = _started_bar(self._stream)
+        (task,) = self._bar.task_ids
+        self._bar.update(
+            task, completed=number, total=total, description=text, refresh=True
+        )
+        if number >= total:
+            self.close()
+
+
+def _started_bar(stream: Terminal) -> progress.Progress:
+    from rich import progress
+    from rich.table import Column
+
+    text = Column(no_wrap=True, overflow="ellipsis", ratio=1)
+    bar = progress.Progress(
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeRemainingColumn(),
+        "left",
+        progress.TextColumn("{task.description}", markup=False, table_column=text),
+        console=stream.console(),
+        auto_refresh=False,
+        expand=True,
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )
+    bar.add_task("")
+    bar.start()
+    bar.console.show_cursor()  # a process that is killed leaves the cursor visible
+    return bar

@@ -23,7 +23,7 @@ from repro.run.results import WRITTEN, write_json
 from repro.workflow.job import hash_of
 
 COMMAND = "raxel.cli"
-CODE = ("raxel.cli.render", "render")
+CODE = ("raxel.cli.images", "render")
 
 
 class RenderedSets:

@@ -61,7 +61,7 @@ def test_the_readme_looks_for_corners_once(tmp_path, monkeypatch):
         searched.append(image_set.name)
         return detect_boards(image_set, detector, views, say)
 
-    monkeypatch.setattr("raxel.cli.boards.detect_boards", detect)
+    monkeypatch.setattr("raxel.cli.image_sets.detect_boards", detect)
     # Which corners it takes does not depend on the model, and Zhang's is quick.
     quick = {"zhang": calibrate_command.FITS["zhang"]}
     monkeypatch.setattr(calibrate_command, "FITS", quick)

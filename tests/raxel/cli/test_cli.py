@@ -1,5 +1,6 @@
 """The command line from end to end on drawn boards."""
 
+import io
 import json
 import re
 import subprocess
@@ -9,12 +10,14 @@ import cv2
 import numpy as np
 import pytest
 
+import raxel
 from raxel import cli
 from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.cameras.registry import load_camera
 from raxel.cli import main
+from raxel.cli.commands import PROGRAM
 from raxel.cli.models import FITS
-from raxel.cli.progress import Progress
+from raxel.cli.terminal import Progress, Terminal
 from raxel.multiview.views import perspective_view, resample, source_pixels
 from tests.image_sets import (
     COLUMNS,
@@ -51,7 +54,7 @@ def corners_file(drawn, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def calibrated(drawn, corners_file, tmp_path_factory):
-    """model -> (path of the camera, what the JSON file says)"""
+    """model -> (path of the camera, its JSON result)"""
     folder = tmp_path_factory.mktemp("calibrated")
     results = {}
     for model in ("zhang", "generic"):
@@ -65,7 +68,7 @@ def calibrated(drawn, corners_file, tmp_path_factory):
     return results
 
 
-def test_corners_are_written_as_described(corners_file):
+def test_corners_file_lists_images_and_corners(corners_file):
     content = json.loads(corners_file.read_text())
     assert [entry["file"] for entry in content["images"]] == [
         f"view{i}.png" for i in range(6)
@@ -75,14 +78,14 @@ def test_corners_are_written_as_described(corners_file):
         assert (entry["columns"], entry["rows"]) == (COLUMNS, ROWS)
         assert entry["milliseconds"] > 0
         corners = np.array(entry["corners"])
-        # A board of odd by odd corners looks the same after half a turn.
+        # A board of odd by odd corners is point-symmetric.
         error = min(
             np.abs(order - board.corners()).max() for order in (corners, corners[::-1])
         )
         assert error < 0.1
 
 
-def test_a_refused_image_is_listed_with_its_reason(tmp_path):
+def test_corners_lists_rejected_image_with_reason(tmp_path):
     write_drawn_set(tmp_path / "set")
     blank = np.full((HEIGHT, WIDTH), 128, np.uint8)
     cv2.imwrite(str(tmp_path / "set" / "view2.png"), blank)
@@ -100,7 +103,7 @@ def test_a_refused_image_is_listed_with_its_reason(tmp_path):
     assert [entry["file"] for entry in left_out] == ["view2.png"]
 
 
-def test_clicks_set_the_first_corner(tmp_path):
+def test_corners_start_at_first_clicked_corner(tmp_path):
     (board,) = write_drawn_set(tmp_path / "set", tilts=((0, 0),))
     last, first = CORNERS - 1, 0
     outer = [last, last - COLUMNS + 1, first, COLUMNS - 1]
@@ -113,7 +116,7 @@ def test_clicks_set_the_first_corner(tmp_path):
     assert np.abs(np.array(entry["corners"]) - board.corners()[::-1]).max() < 0.1
 
 
-def test_zhang_finds_the_lens_that_drew_the_boards(calibrated):
+def test_calibrate_zhang_recovers_rendered_lens(calibrated):
     path, result = calibrated["zhang"]
     camera = load_camera(path)
     assert isinstance(camera, PerspectiveCamera)
@@ -127,7 +130,7 @@ def test_zhang_finds_the_lens_that_drew_the_boards(calibrated):
     assert np.allclose(result["camera"]["K"], camera.K)
 
 
-def test_generic_gives_a_ray_to_what_the_boards_cover(calibrated):
+def test_calibrate_generic_gives_rays_to_covered_pixels(calibrated):
     path, result = calibrated["generic"]
     camera = load_camera(path)
     assert isinstance(camera, GeneralCamera)
@@ -137,9 +140,7 @@ def test_generic_gives_a_ray_to_what_the_boards_cover(calibrated):
     assert {"view0.png", "view4.png"} <= set(result["used"])
 
 
-def test_evaluation_keeps_to_the_views_for_evaluation(
-    calibrated, drawn, corners_file, tmp_path
-):
+def test_evaluate_scores_marked_views_only(calibrated, drawn, corners_file, tmp_path):
     for model in ("zhang", "generic"):
         path = tmp_path / f"{model}.json"
         arguments = ["evaluate", str(calibrated[model][0]), str(drawn)]
@@ -157,7 +158,7 @@ def test_evaluation_keeps_to_the_views_for_evaluation(
         assert result["share_with_ray"] == pytest.approx(share)
 
 
-def test_evaluation_without_marked_views_takes_all(calibrated, tmp_path, capsys):
+def test_evaluate_without_marked_views_scores_all(calibrated, tmp_path, capsys):
     write_drawn_set(tmp_path / "set")
     path = tmp_path / "result.json"
     camera = str(calibrated["zhang"][0])
@@ -168,7 +169,7 @@ def test_evaluation_without_marked_views_takes_all(calibrated, tmp_path, capsys)
     assert "no view is marked evaluate: all 6 are scored" in capsys.readouterr().out
 
 
-def test_auto_takes_the_model_that_predicts_better(
+def test_calibrate_auto_selects_model_by_held_out_error(
     drawn, corners_file, tmp_path, capsys
 ):
     camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
@@ -188,12 +189,12 @@ def test_auto_takes_the_model_that_predicts_better(
     assert {v["common"]["share_with_ray"] for v in validation.values()} == {1.0}
 
 
-def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
+def test_calibrate_auto_reports_why_generic_is_impossible(tmp_path, capsys):
     write_drawn_set(tmp_path / "set", tilts=((25, 0), (-25, 5), (0, 28)))
     camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
     arguments = ["calibrate", str(tmp_path / "set"), "--out", str(camera)]
     assert main([*arguments, "--json", str(path)]) == 0
-    # Of three boards two are left when one is kept out: too few for the general one.
+    # Of three boards two are left when one is held out: too few for the general one.
     assert "generic: not possible: " in capsys.readouterr().out
     result = json.loads(path.read_text())
     assert result["model"] != "generic"
@@ -201,20 +202,18 @@ def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("model", ["zhang", "generic"])
-def test_undistortion_straightens_the_boards(
-    calibrated, drawn, tmp_path, capsys, model
-):
+def test_undistort_straightens_board_rows(calibrated, drawn, tmp_path, capsys, model):
     arguments = ["undistort", str(calibrated[model][0]), str(drawn)]
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert names == [f"view{i}.png" for i in range(6)]
     straight = cv2.imread(str(tmp_path / "out" / "view0.png"), cv2.IMREAD_UNCHANGED)
     assert straight.shape == (HEIGHT, WIDTH)
-    said = capsys.readouterr().out
-    black = 1 - int(re.search(r"camera sees (\d+) % of their pixels", said)[1]) / 100
+    printed = capsys.readouterr().out
+    black = 1 - int(re.search(r"camera sees (\d+) % of their pixels", printed)[1]) / 100
     # The board has black squares, the paper around it none.
     assert black <= np.mean(straight == 0) + 0.01
-    assert ("the rest is black" in said) == (black > 0.5)
+    assert ("the rest is black" in printed) == (black > 0.5)
     camera = load_camera(calibrated[model][0])
     bent = next(boards()).corners()
     moved = corners_in_view(camera, bent)
@@ -228,7 +227,7 @@ def test_undistortion_straightens_the_boards(
         (-1, -1),
         (cv2.TERM_CRITERIA_COUNT, 50, 0),
     )
-    # The picture has its corners where the rays say, but where black cuts a square.
+    # The image has its corners where the rays predict, except at the black border.
     distances = np.linalg.norm(refined[:, 0] - moved[seen], axis=1)
     assert np.median(distances) < 0.1
 
@@ -251,7 +250,7 @@ def unstraightness(corners):
     return worst
 
 
-def test_the_view_of_a_general_camera_turns_no_picture_over():
+def test_perspective_view_of_general_camera_is_upright():
     K = np.array([[FOCAL, 0, 159.5], [0, FOCAL, 119.5], [0, 0, 1]])
     table = GeneralCamera.from_camera(PerspectiveCamera(K, [-0.3], WIDTH, HEIGHT))
     view = perspective_view(table)
@@ -266,7 +265,7 @@ def test_the_view_of_a_general_camera_turns_no_picture_over():
     assert seen[HEIGHT // 2, WIDTH // 2 + 20].tolist() == [0, 0, 60000]
 
 
-def test_check_says_what_is_in_a_set(drawn, capsys):
+def test_check_summarises_image_set(drawn, capsys):
     assert main(["check", str(drawn)]) == 0
     printed = capsys.readouterr().out
     assert "chessboard, 7 x 5 interior corners, pitch 20.0 mm" in printed
@@ -274,7 +273,7 @@ def test_check_says_what_is_in_a_set(drawn, capsys):
     assert "5 to calibrate, 1 to evaluate" in printed
 
 
-def test_help_names_all_commands_without_loading_numpy():
+def test_help_does_not_import_numpy():
     program = (
         "import sys; from raxel.cli import main; status = main(['--help']);"
         "sys.exit(status or any(m in sys.modules for m in ('numpy', 'cv2', 'yaml')))"
@@ -287,41 +286,97 @@ def test_help_names_all_commands_without_loading_numpy():
         assert command in done.stdout
 
 
-def test_the_reference_lists_every_command_with_its_options():
-    listed = re.findall(r"(?ms)^- `raxel ([\w-]+) (.+?)`", cli.__doc__)
-    commands = cli.parser()._subparsers._group_actions[0].choices
-    assert {name for name, _ in listed} == set(commands)
-    for name, arguments in listed:
-        asked = {
-            word
-            for action in commands[name]._actions
-            for word in action.option_strings or [action.metavar]
-        }
-        told = set(re.findall(r"--[\w-]+|\b[A-Z]+\b", arguments))
-        assert asked - {"-h", "--help"} <= told, name
+def test_module_docstring_names_all_commands():
+    first = cli.__doc__.partition("explains")[0]
+    assert set(re.findall(r"`([a-z]+)`", first)) == {"raxel", *PROGRAM.commands}
 
 
-class Stream:
-    """Where progress goes; a terminal or not."""
+@pytest.mark.parametrize("command", PROGRAM.commands)
+def test_help_explains_every_parameter_within_80_columns(command, capsys):
+    assert main([command, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert max(map(len, text.splitlines())) <= 80
+    flat = " ".join(text.split())
+    for param in PROGRAM.commands[command].params:
+        assert param.help.endswith((".", "]"))
+        assert " ".join(param.help.split()) in flat.replace("- ", "-")
+    example, *words = text.partition("Example: raxel ")[2].split()
+    assert PROGRAM.commands[example].make_context(example, words).params
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ([], "raxel: missing command; see raxel --help"),
+        (
+            ["chek", "x"],
+            "raxel: no such command 'chek' (did you mean check?); see raxel --help",
+        ),
+        (
+            ["corners"],
+            "raxel corners: missing argument 'SET'; see raxel corners --help",
+        ),
+        (
+            ["corners", "x", "--jsn", "y"],
+            "raxel corners: no such option '--jsn' (did you mean --json?); see raxel "
+            "corners --help",
+        ),
+        (
+            ["corners", "x", "--json"],
+            "raxel corners: option '--json' requires an argument; see raxel corners "
+            "--help",
+        ),
+    ],
+)
+def test_usage_error_is_one_line_with_a_suggestion(words, line, capsys):
+    assert main(words) == 2
+    assert capsys.readouterr().err == f"{line}\n"
+
+
+def test_version_is_printed(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"raxel {raxel.__version__}\n"
+
+
+class Stream(io.StringIO):
+    """A stream that may be a terminal."""
 
     def __init__(self, terminal):
-        self.terminal, self.text, self.flushed = terminal, "", False
-
-    def isatty(self):
-        return self.terminal
-
-    def write(self, text):
-        self.text += text
-
-    def flush(self):
-        self.flushed = True
+        super().__init__()
+        self.isatty = lambda: terminal
 
 
-@pytest.mark.parametrize(("terminal", "at_once"), [(True, "one\n"), (False, "")])
-def test_progress_is_live_on_a_terminal_and_held_back_elsewhere(terminal, at_once):
+@pytest.mark.parametrize(("terminal", "shown"), [(True, "one\n"), (False, "")])
+def test_progress_lines_are_held_back_unless_on_a_terminal(terminal, shown):
     stream = Stream(terminal)
-    progress = Progress(stream, clock=lambda: 0.0)
+    progress = Progress(Terminal(stream), clock=lambda: 0.0)
     progress.say("one")
-    assert stream.text == at_once
+    assert stream.getvalue() == shown
     progress.release()
-    assert stream.text == "one\n"
+    assert stream.getvalue() == "one\n"
+
+
+@pytest.mark.parametrize("no_colour", ["", "1"])
+def test_progress_bar_shows_count_and_name_and_vanishes(monkeypatch, no_colour):
+    for name, value in (("TERM", "xterm"), ("COLUMNS", "80"), ("NO_COLOR", no_colour)):
+        monkeypatch.setenv(name, value)
+    stream = Stream(terminal=True)
+    progress = Progress(Terminal(stream))
+    progress.say("1/3 a[red].png\x1b[2J")
+    shown = stream.getvalue()
+    assert all(part in shown for part in ("1/3", "left", "a[red].png\\x1b[2J"))
+    assert ("\x1b[3" in shown) == (not no_colour)
+    progress.say("fitting")
+    assert stream.getvalue().endswith("\x1b[2Kfitting\n")
+
+
+def test_help_is_coloured_on_a_terminal_only(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    texts = []
+    for terminal in (True, False):
+        monkeypatch.setattr(sys, "stdout", Stream(terminal))
+        assert main(["--help"]) == 0
+        texts.append(sys.stdout.getvalue())
+    coloured, plain = texts
+    assert "\x1b[36mcheck\x1b[0m" in coloured
+    assert re.sub(r"\x1b\[[0-9;]*m", "", coloured) == plain

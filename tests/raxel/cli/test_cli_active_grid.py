@@ -1,4 +1,4 @@
-"""raxel patterns and raxel decode: what goes out is what comes back."""
+"""raxel patterns and raxel decode: patterns are decoded to their positions."""
 
 import json
 
@@ -16,7 +16,7 @@ from tests.raxel.lab.test_rig import changed, leaf
 
 
 def recorded(folder, scene, **fields):
-    """The pictures of a scene as an image set on disk."""
+    """The images of a scene as an image set on disk."""
     folder.mkdir()
     for pattern, image in zip(scene.patterns, scene.images, strict=True):
         cv2.imwrite(str(folder / pattern.image), image)
@@ -27,7 +27,7 @@ def recorded(folder, scene, **fields):
     return folder
 
 
-def refused(capsys, *words):
+def error_line(capsys, *words):
     assert main(list(map(str, words))) == 2
     err = capsys.readouterr().err
     line = [text for text in err.splitlines() if text.startswith("raxel: ")]
@@ -35,7 +35,7 @@ def refused(capsys, *words):
     return line[0]
 
 
-def test_a_rendered_grid_is_decoded_and_scored(tmp_path, capsys):
+def test_decode_recovers_rendered_positions(tmp_path, capsys):
     target = {
         "kind": "active_grid",
         "monitor_px": leaf([64, 48], "px"),
@@ -63,14 +63,14 @@ def test_a_rendered_grid_is_decoded_and_scored(tmp_path, capsys):
             assert known.sum() > 0.5 * on.sum()  # the rim takes a good part
             assert np.sqrt(np.mean(off[known] ** 2)) < 0.05
             assert found["sigma_mm"].shape == found["points_mm"].shape
-        picture = cv2.imread(str(tmp_path / "points" / f"{view.label}.png"))
-        assert picture.shape[1] > 300
+        plot = cv2.imread(str(tmp_path / "points" / f"{view.label}.png"))
+        assert plot.shape[1] > 300
     summary = json.loads((tmp_path / "points" / "decoded.json").read_text())
     assert [view["unit"] for view in summary["views"]] == ["mm"] * len(summary["views"])
     assert "median sigma x" in capsys.readouterr().out
 
 
-def test_the_patterns_of_a_monitor(tmp_path, capsys):
+def test_patterns_are_decoded_to_their_positions(tmp_path, capsys):
     out = tmp_path / "patterns"
     size = ["--width", "203", "--height", "151"]
     words = [*size, "--cells", "5", "--steps", "6", "--out", str(out)]
@@ -84,7 +84,7 @@ def test_the_patterns_of_a_monitor(tmp_path, capsys):
         assert cv2.imread(str(out / name), -1).shape == (151, 203)
     with pytest.raises(InputError, match="resolution"):
         load_set(out)
-    # Photographs with a little less contrast, pixel on pixel, and the file filled in.
+    # Images with a little less contrast, pixel on pixel, and the file filled in.
     for name in listed:
         sent = cv2.imread(str(out / name), -1)
         cv2.imwrite(str(out / name), (20 + 0.8 * sent).astype(np.uint8))
@@ -97,12 +97,12 @@ def test_the_patterns_of_a_monitor(tmp_path, capsys):
         points, mask = found["points_mm"], found["mask"]
     v, u = np.indices((151, 203))
     true = 2 * (np.stack([u, v], axis=-1) + 0.5)
-    # The monitor ends with the picture: six pixels along its border are left out.
+    # The monitor ends with the image: six pixels along its border are left out.
     assert mask.mean() > 0.95 * 191 * 139 / (203 * 151)
     assert np.abs(points - true)[mask].max() < 0.5
 
 
-def test_a_stub_for_several_poses(tmp_path, capsys):
+def test_patterns_describe_several_poses(tmp_path, capsys):
     """Each in a folder of its own; six steps need no word of low harmonics."""
     words = ["--width", "203", "--height", "151", "--cells", "2"]
     four, six = tmp_path / "four", tmp_path / "six"
@@ -126,11 +126,11 @@ def test_a_stub_for_several_poses(tmp_path, capsys):
             (photographed / name).write_bytes(path.read_bytes())
     assert [view.name for view in load_set(photographed).views] == ["pose-1", "pose-2"]
     assert main(["patterns", *words, "--size-mm", "1", "x", "--out", "y"]) == 2
-    assert "--size-mm: found 'x'; give a length in mm" in capsys.readouterr().err
+    assert "'--size-mm': found 'x', expected a length in mm" in capsys.readouterr().err
 
 
-def test_a_chessboard_beside_the_patterns(tmp_path, capsys):
-    """Its corners are where set.yaml says; too many for the monitor are refused."""
+def test_patterns_include_chessboard(tmp_path, capsys):
+    """Its corners are where set.yaml says; too many for the monitor are error_line."""
     words = ["patterns", "--width", "203", "--height", "151", "--cells", "2"]
     out = tmp_path / "shown"
     assert main([*words, "--chessboard", "7", "5", "--out", str(out)]) == 0
@@ -148,7 +148,7 @@ def test_a_chessboard_beside_the_patterns(tmp_path, capsys):
     assert not (tmp_path / "many").exists()
 
 
-def test_a_set_in_px_with_one_axis(tmp_path, capsys):
+def test_decode_single_axis_in_px(tmp_path, capsys):
     scene = drawn(noise=1.0)
     own = [k for k, p in enumerate(scene.patterns) if p.axis == "y"]
     scene.images, scene.patterns = scene.images[own], [scene.patterns[k] for k in own]
@@ -163,28 +163,28 @@ def test_a_set_in_px_with_one_axis(tmp_path, capsys):
     assert "median sigma y" in capsys.readouterr().out
 
 
-def test_pictures_in_the_dark_are_refused_and_leave_nothing(tmp_path, capsys):
+def test_decode_dark_images_fails_without_output(tmp_path, capsys):
     scene = drawn(noise=1.0)
     scene.images = scene.images // 150
     folder = recorded(tmp_path / "set", scene)
-    line = refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    line = error_line(capsys, "decode", folder, "--out", tmp_path / "points")
     assert "set.yaml: views: pose: no pixel could be decoded (19200 too little" in line
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
-def test_orders_that_cannot_be_carried_out(tmp_path, capsys):
+def test_impossible_requests_fail(tmp_path, capsys):
     folder = recorded(tmp_path / "set", drawn(noise=1.0))
-    line = refused(capsys, "decode", folder, "--out", folder)
-    assert "exists already; name a new folder" in line
+    line = error_line(capsys, "decode", folder, "--out", folder)
+    assert "already exists; give the name of a new" in line
     size = "--width", 64, "--height", 48
     out = tmp_path / "out"
-    line = refused(capsys, "patterns", *size, "--cells", 13, "--out", out)
+    line = error_line(capsys, "patterns", *size, "--cells", 13, "--out", out)
     assert "cells: 13 along y on 48 px" in line
-    line = refused(capsys, "patterns", *size, "--steps", 2, "--out", out)
+    line = error_line(capsys, "patterns", *size, "--steps", 2, "--out", out)
     assert "steps: 2 phase steps" in line
     assert not out.exists()
     data = yaml.safe_load((folder / "set.yaml").read_text())
     data["views"][0]["name"] = "../pose"
     (folder / "set.yaml").write_text(yaml.safe_dump(data))
-    line = refused(capsys, "decode", folder, "--out", out)
-    assert "views[0].name: found '../pose', which can be no name of a file" in line
+    line = error_line(capsys, "decode", folder, "--out", out)
+    assert "views[0].name: found '../pose', not possible as a file name" in line

@@ -203,7 +203,7 @@ def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
         (["--out", out, "--report", str(folder / "r")], "sets are only read"),
         (["--out", out, "--report", str(tmp_path)], "whose place the report takes"),
         (["--out", out, "--report", str(folder.parent / "results")], "other files"),
-        (["--out", own], "the command reads this file"),
+        (["--out", own], "is an input of this command"),
         (
             ["--out", out, "--json", str(tmp_path / "mirror-1.npz")],
             "--json names the file of",

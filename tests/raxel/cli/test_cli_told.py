@@ -10,12 +10,12 @@ import pytest
 from raxel.calibration.parametric.lens_formula import BoardTest
 from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import decode, main, mirror, models, scores
+from raxel.cli import active_grids, main, mirror, models, scores
 from raxel.cli.board_shape import shape_fields, shape_line
 from raxel.cli.calibrate import _cross_validation
-from raxel.cli.check import _check_images
 from raxel.cli.described import misfit_fields, misfit_warnings
-from raxel.cli.render import _told as rendered_line
+from raxel.cli.image_sets import _check_images
+from raxel.cli.images import _contents
 from raxel.evaluation.benchmark import _spread
 from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
@@ -133,15 +133,17 @@ def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
     views = [SimpleNamespace(label=name) for name in ("near", "far")]
     taken = SimpleNamespace(name="set", views=views, target=target)
     for name in ("_check_names", "_check_margin", "_write"):
-        monkeypatch.setattr(decode, name, lambda *_: None)
-    monkeypatch.setattr(decode, "load_set", lambda _: taken)
-    monkeypatch.setattr(decode, "of_swapped_sides", lambda _: [])
-    monkeypatch.setattr(decode, "of_handedness", lambda _: [])
-    monkeypatch.setattr(decode, "_line", lambda view: view["view"])
+        monkeypatch.setattr(active_grids, name, lambda *_: None)
+    monkeypatch.setattr(active_grids, "load_set", lambda _: taken)
+    monkeypatch.setattr(active_grids, "of_swapped_sides", lambda _: [])
+    monkeypatch.setattr(active_grids, "of_handedness", lambda _: [])
+    monkeypatch.setattr(active_grids, "_line", lambda view: view["view"])
     told = {"view": "", "as_in_a_mirror": False}
-    monkeypatch.setattr(decode, "_summary", lambda label, _: told | {"view": label})
     monkeypatch.setattr(
-        decode,
+        active_grids, "_summary", lambda label, _: told | {"view": label}
+    )
+    monkeypatch.setattr(
+        active_grids,
         "decode_view",
         lambda _, view, **__: SimpleNamespace(
             reason="", warnings=[f"{view.label}: a lamp"]
@@ -151,8 +153,8 @@ def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
         set="set", out=tmp_path / "points", raw=False, neighbours=True, fill=False,
         margin=None, linear=False,
     )  # fmt: skip
-    decode.decode(options, lambda line: None)
-    summary = json.loads((options.out / decode.SUMMARY).read_text())
+    active_grids.decode(options, lambda line: None)
+    summary = json.loads((options.out / active_grids.SUMMARY).read_text())
     assert summary["warnings"] == ["near: a lamp", "far: a lamp"]
     assert "near: a lamp" in "".join(capsys.readouterr())
 
@@ -220,7 +222,7 @@ def test_shares_of_a_decoded_view_are_of_all_its_pixels():
         },
         "as_in_a_mirror": False,
     }  # fmt: skip
-    assert decode._line(view) == (
+    assert active_grids._line(view) == (
         "pose: 75.0 % decoded, 18.8 % dark, 6.2 % edge; median sigma x 0.01 mm and y "
         "0.02 mm; blur 1.5 px, margin 6 px; response corrected: x by 0.5 mm, 0.12 left"
     )
@@ -279,7 +281,7 @@ def test_patterns_are_counted_and_their_cells_measured(tmp_path, capsys):
 
 def test_a_rendered_set_is_told_by_its_views_files_and_size():
     views = [SimpleNamespace(files=["a", "b", "c"]), SimpleNamespace(files=["d"])]
-    told = rendered_line(SimpleNamespace(views=views, width=320, height=240))
+    told = _contents(SimpleNamespace(views=views, width=320, height=240))
     assert told == "2 views, 4 images of 320 x 240 px"
 
 

@@ -1,4 +1,4 @@
-"""raxel decode on sets that are not as they should be: one line, and nothing kept."""
+"""raxel decode on invalid sets: one line, and no output."""
 
 import json
 from types import SimpleNamespace
@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from raxel.cli import main
-from raxel.cli.decode import _of_response, _summary
+from raxel.cli.active_grids import _of_response, _summary
 from raxel.sets import PatternPlan, load_set
 from tests.active_grids import drawn
-from tests.raxel.cli.test_cli_active_grid import recorded, refused
+from tests.raxel.cli.test_cli_active_grid import error_line, recorded
 
 
 @pytest.fixture
@@ -20,17 +20,17 @@ def folder(tmp_path):
 
 
 def again(folder, name, change):
-    """Another picture in place of one of the set."""
+    """Replace an image of the set."""
     path = str(folder / name)
     cv2.imwrite(path, change(cv2.imread(path, cv2.IMREAD_UNCHANGED)))
 
 
-def test_pictures_exchanged(tmp_path, capsys, folder):
+def test_decode_rejects_exchanged_images(tmp_path, capsys, folder):
     first, second = folder / "phase-x-1.png", folder / "phase-x-2.png"
     aside = first.read_bytes()
     first.write_bytes(second.read_bytes())
     second.write_bytes(aside)
-    line = refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    line = error_line(capsys, "decode", folder, "--out", tmp_path / "points")
     assert "set.yaml: views: pose: the phase steps along x" in line
     assert "not in order" in line
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
@@ -46,13 +46,13 @@ def test_pictures_exchanged(tmp_path, capsys, folder):
         ),
     ],
 )
-def test_a_picture_of_another_size_or_depth(tmp_path, capsys, folder, change, message):
+def test_decode_rejects_other_size_or_depth(tmp_path, capsys, folder, change, message):
     again(folder, "gray-y-01.png", change)
-    assert message in refused(capsys, "decode", folder, "--out", tmp_path / "points")
+    assert message in error_line(capsys, "decode", folder, "--out", tmp_path / "points")
     assert not (tmp_path / "points").exists()
 
 
-def test_a_change_of_light_is_a_warning(tmp_path, capsys, folder):
+def test_decode_warns_of_brightness_change(tmp_path, capsys, folder):
     again(folder, "gray-x-00.png", lambda i: np.rint(0.88 * i).astype(np.uint8))
     out = tmp_path / "points"
     assert main(["decode", str(folder), "--out", str(out)]) == 0
@@ -62,7 +62,7 @@ def test_a_change_of_light_is_a_warning(tmp_path, capsys, folder):
     assert lines[-1] == f"warning: {warning}"
 
 
-def test_a_colour_clipped_is_no_sine(tmp_path, capsys, folder):
+def test_decode_excludes_pixels_with_one_clipped_channel(tmp_path, capsys, folder):
     """Blue at its end where grey is far from it."""
     for pattern in load_set(folder).views[0].patterns:
 
@@ -81,7 +81,7 @@ def test_a_colour_clipped_is_no_sine(tmp_path, capsys, folder):
         assert found["mask"].mean() > 0.1
 
 
-def test_only_some_views_as_in_a_mirror(tmp_path, capsys):
+def test_decode_warns_of_inconsistent_handedness(tmp_path, capsys):
     scene, text = drawn(noise=2.0), ""
     folder = recorded(tmp_path / "set", scene)
     text = (folder / "set.yaml").read_text()
@@ -92,11 +92,11 @@ def test_only_some_views_as_in_a_mirror(tmp_path, capsys):
     (folder / "set.yaml").write_text(text + views)
     out = str(tmp_path / "points")
     assert main(["decode", str(folder), "--out", out]) == 0
-    told = capsys.readouterr().out
-    assert "warning: pose-2 shows the grid as in a mirror, and pose does not" in told
+    result = capsys.readouterr().out
+    assert "warning: pose-2 shows the grid as in a mirror, and pose does not" in result
 
 
-def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
+def test_decode_on_full_disk_leaves_no_output(tmp_path, capsys, folder, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
@@ -107,7 +107,7 @@ def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
-def test_twelve_bits_in_files_of_sixteen(tmp_path, capsys):
+def test_decode_excludes_clipped_12_bit_pixels(tmp_path, capsys):
     """What the camera clipped is left out, though the file could hold more."""
     scene = drawn(noise=2.0, dtype=np.uint16)
     scene.images = np.minimum(scene.images // 12, 4095).astype(np.uint16)
@@ -122,7 +122,7 @@ def test_twelve_bits_in_files_of_sixteen(tmp_path, capsys):
         assert found["mask"].mean() > 0.1
 
 
-def test_what_the_summary_says_of_a_view(tmp_path, capsys):
+def test_decode_summary_matches_arrays(tmp_path, capsys):
     """Along y the sines have periods of another length, and five steps."""
     plan = PatternPlan((3, 4), True, 5, (8.0, 5.5))
     folder = recorded(tmp_path / "set", drawn(noise=2.0, blur=0.8, plan=plan))
@@ -146,18 +146,18 @@ def test_what_the_summary_says_of_a_view(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("margin", [3_000_000_000, 20_000])
-def test_a_margin_that_leaves_nothing(tmp_path, capsys, folder, margin):
+def test_decode_rejects_too_large_margin(tmp_path, capsys, folder, margin):
     image_set = load_set(folder)
     most = (min(image_set.width, image_set.height) - 1) // 2
     words = "decode", folder, "--out", tmp_path / "points", "--margin"
-    line = refused(capsys, *words, margin)
-    assert f"--margin: found {margin} px, and nothing is left" in line
-    assert f"give {most} at most" in line
-    assert "nothing is left" in refused(capsys, *words, most + 1)
+    line = error_line(capsys, *words, margin)
+    assert f"--margin: found {margin} px, but the images have" in line
+    assert f"give at most {most}" in line
+    assert "but the images have" in error_line(capsys, *words, most + 1)
     assert not (tmp_path / "points").exists()
 
 
-def test_the_summary_tells_what_the_response_did_and_what_is_left_of_each_axis():
+def test_decode_summary_reports_response_per_axis():
     response = [
         SimpleNamespace(ripple=SimpleNamespace(steps=steps), size=size, left=left)
         for steps, size, left in ((0, 0.0, 0.1), (5, 0.7, 0.2))
@@ -170,9 +170,9 @@ def test_the_summary_tells_what_the_response_did_and_what_is_left_of_each_axis()
         decoded=decoded, step_errors=[0.0, 0.4], noise_factors=[1.0, 1.2],
         as_in_a_mirror=False,
     )  # fmt: skip
-    told = _summary("pose", found)
-    assert told["response"] == {
+    result = _summary("pose", found)
+    assert result["response"] == {
         "corrected": [False, True], "shift": [0.0, 0.7], "left": [0.1, 0.2],
     }  # fmt: skip
-    assert (told["step_errors"], told["noise_factors"]) == ([0.0, 0.4], [1.0, 1.2])
-    assert _of_response(told) == "; response corrected: y by 0.7 mm, 0.2 left"
+    assert (result["step_errors"], result["noise_factors"]) == ([0.0, 0.4], [1.0, 1.2])
+    assert _of_response(result) == "; response corrected: y by 0.7 mm, 0.2 left"

@@ -11,14 +11,15 @@ import pytest
 import yaml
 
 from raxel.cameras import load_camera
-from raxel.cli import main, parser
+from raxel.cli import main
+from raxel.cli.commands import PROGRAM
 from raxel.evaluation.benchmark import score_camera
 from raxel.multiview.views import plane_scale
 from raxel.report import check_report
 from raxel.sets import load_set, pattern_image
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
-from tests.raxel.cli.test_cli_active_grid import recorded, refused
+from tests.raxel.cli.test_cli_active_grid import error_line, recorded
 
 ROOT = Path(__file__).parents[3]
 RIG = ROOT / "data/rigs/active-grid-demo.yaml"
@@ -28,8 +29,8 @@ FITTED = 3
 
 @pytest.fixture(scope="module")
 def rendered(tmp_path_factory):
-    """The demonstration's monitor before a camera of half the size, in more poses; and
-    the folder of its points."""
+    """The demonstration rig with half the pixels and more poses; and the folder of its
+    points."""
     folder = tmp_path_factory.mktemp("grids")
     rig = yaml.safe_load(RIG.read_text("utf-8"))
     camera, target, poses = rig["camera"], rig["target"], rig["poses"]
@@ -57,7 +58,9 @@ def calibrated(image_set, out, *options):
 
 # rms over all pixels of the formula, and over those that the table has.
 @pytest.mark.parametrize(("model", "most_deg"), [("zhang", 6e-3), ("generic", 1e-2)])
-def test_the_rendered_camera_is_recovered(rendered, tmp_path, capsys, model, most_deg):
+def test_calibrate_recovers_rendered_camera(
+    rendered, tmp_path, capsys, model, most_deg
+):
     image_set, points = rendered
     options = "--points", points, "--model", model
     result = calibrated(image_set, tmp_path, *options)
@@ -83,14 +86,14 @@ def test_the_rendered_camera_is_recovered(rendered, tmp_path, capsys, model, mos
     assert evaluated["misfit"]["fits"]
 
 
-def test_a_set_without_points_is_decoded_and_drawn(rendered, tmp_path):
+def test_calibration_without_points_decodes_images(rendered, tmp_path):
     image_set, points = rendered
     options = "--model", "zhang"
     then = calibrated(image_set, tmp_path, *options, "--points", points)
     now = calibrated(image_set, tmp_path, *options, "--report", tmp_path / "report")
-    # What the response may do is small beside sigma, so nothing is said of it.
+    # What the response may do is small beside sigma, so nothing is problem of it.
     assert now.pop("warnings") == then.pop("warnings") == []
-    # Sums of the last digits may hang on where in memory arrays lie.
+    # Sums of the last digits may depend on the memory layout.
     assert numbers(now) == pytest.approx(numbers(then), rel=1e-9, abs=1e-12)
     assert worded(now) == worded(then)
     page = (tmp_path / "report" / "index.html").read_text("utf-8")
@@ -127,7 +130,7 @@ def copied(rendered, tmp_path):
     ]
 
 
-def test_what_could_not_be_decoded_is_left_out_and_told(copied, tmp_path, capsys):
+def test_undecoded_views_are_excluded_and_reported(copied, tmp_path, capsys):
     image_set, points = copied
     (points / "pose-001.npz").unlink()
     result = calibrated(image_set, tmp_path, "--points", points, "--model", "zhang")
@@ -139,20 +142,20 @@ def test_what_could_not_be_decoded_is_left_out_and_told(copied, tmp_path, capsys
     np.savez(points / "pose-002.npz", **arrays)
     out = tmp_path / "other.npz"
     order = ["calibrate", image_set, "--points", points, "--out", out]
-    told = refused(capsys, *order)
-    assert "grid decoded in 1 of 3 views, --model auto needs 3 (pose-001: " in told
-    assert "check exposure and order of the pictures" in told
+    message = error_line(capsys, *order)
+    assert "grid decoded in 1 of 3 views, --model auto needs 3 (pose-001: " in message
+    assert "check exposure and order of the pictures" in message
     assert not out.exists()
 
 
-def test_without_mm_lengths_are_in_pitches(copied, tmp_path, capsys):
+def test_lengths_are_in_pitches_without_monitor_mm(copied, tmp_path, capsys):
     image_set, points = copied
     file = image_set / "set.yaml"
     data = yaml.safe_load(file.read_text("utf-8"))
     data["target"]["monitor_mm"] = None
     file.write_text(yaml.safe_dump(data), "utf-8")
     order = ["calibrate", image_set, "--points", points, "--out", tmp_path / "a.npz"]
-    assert "field 'points_px': missing" in refused(capsys, *order)
+    assert "field 'points_px': missing" in error_line(capsys, *order)
     for file in points.glob("*.npz"):
         with np.load(file) as found:
             pitch = 304 / 1024
@@ -162,40 +165,42 @@ def test_without_mm_lengths_are_in_pitches(copied, tmp_path, capsys):
     assert result["unit"] == "pitch"
     assert any("lengths are in pitches of the mon" in w for w in result["warnings"])
     assert main(["check", str(image_set)]) == 0
-    assert "size in mm unknown (lengths come out in pitches" in capsys.readouterr().out
+    assert "size in mm unknown (unit of length: its " in capsys.readouterr().out
 
 
-def test_check_doubts_pixels_that_are_not_square(copied, capsys):
+def test_check_warns_of_oblong_pixels(copied, capsys):
     image_set, _ = copied
     file = image_set / "set.yaml"
     data = yaml.safe_load(file.read_text("utf-8"))
     data["target"]["monitor_mm"] = [228, 304]
     file.write_text(yaml.safe_dump(data), "utf-8")
     assert main(["check", str(image_set)]) == 0
-    told = "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
-    assert f"228 x 304 mm; {told}" in capsys.readouterr().out
+    message = (
+        "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
+    )
+    assert f"228 x 304 mm; {message}" in capsys.readouterr().out
     out = image_set.parent / "doubted"
     assert main(["decode", str(image_set), "--out", str(out)]) == 0
-    assert f"warning: {told}" in capsys.readouterr().out
+    assert f"warning: {message}" in capsys.readouterr().out
 
 
-def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
+def test_points_of_another_set_are_rejected(copied, tmp_path, capsys):
     image_set, points = copied
     order = "calibrate", image_set, "--out", tmp_path / "camera.npz", "--points"
-    assert "no such folder; give one written" in refused(
+    assert "no such folder; give one written" in error_line(
         capsys, *order, tmp_path / "no"
     )
-    told = refused(
+    message = error_line(
         capsys, *order[:2], "--out", points / "pose-000.npz", *order[4:], points
     )
-    assert "the command reads this file" in told
+    assert "is an input of this command" in message
     order = *order, points
     (points / "decoded.json").write_text('{"set": "another"}')
-    assert "set: found 'another'" in refused(capsys, *order)
+    assert "set: found 'another'" in error_line(capsys, *order)
     (points / "decoded.json").unlink()
     with np.load(points / "pose-000.npz") as found:
         arrays = dict(found)
-    for name, wrong, said in (
+    for name, wrong, problem in (
         ("mask", np.ones((240, 320)), "mask: found float64; give truth values"),
         (
             "sigma_mm",
@@ -204,41 +209,46 @@ def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
         ),
     ):
         np.savez(points / "pose-000.npz", **{**arrays, name: wrong})
-        assert f"pose-000.npz: {said}" in refused(capsys, *order)
+        assert f"pose-000.npz: {problem}" in error_line(capsys, *order)
     assert not (tmp_path / "camera.npz").exists()
 
 
-def test_options_of_the_other_target_are_refused(rendered, tmp_path, capsys):
+def test_options_for_other_target_are_rejected(rendered, tmp_path, capsys):
     order = "calibrate", rendered[0], "--out", tmp_path / "camera.npz"
     for option in (("--corners", "corners.json"), ("--detector", "opencv")):
-        told = refused(capsys, *order, *option)
-        assert told.endswith(
+        message = error_line(capsys, *order, *option)
+        assert message.endswith(
             "whose target is an active grid; leave it out, or give --points"
         )
     write_drawn_set(tmp_path / "boards")
     order = "calibrate", tmp_path / "boards", "--out", tmp_path / "camera.npz"
-    told = refused(capsys, *order, "--points", rendered[1])
-    assert told.endswith(
+    message = error_line(capsys, *order, "--points", rendered[1])
+    assert message.endswith(
         "whose target is a chessboard; leave it out, or give --corners"
     )
-    told = refused(capsys, "corners", rendered[0])
-    assert "raxel decode finds the points of an active grid" in told
+    message = error_line(capsys, "corners", rendered[0])
+    assert "raxel decode finds the points of an active grid" in message
 
 
-def test_the_readme_gives_orders_that_can_be_carried_out():
+def test_readme_commands_are_valid_and_consistent():
     section = README.read_text("utf-8").split("## A monitor as target\n")[1]
     orders = re.findall(r"(?m)^\$ raxel (.+)$", section.split("\n## ")[0])
     assert [order.split()[0] for order in orders] == [
         "patterns", "check", "decode", "calibrate", "evaluate", "undistort",
     ]  # fmt: skip
-    read = [parser().parse_args(order.split()) for order in orders]
+    read = [options(*order.split()) for order in orders]
     _, _, decoded, calibrated, evaluated, undistorted = read
-    assert calibrated.points == evaluated.points == decoded.out
-    assert evaluated.camera == undistorted.camera == calibrated.out
-    assert {one.set for one in read[1:]} == {"my-monitor"}
+    assert calibrated["points"] == evaluated["points"] == decoded["out"]
+    assert evaluated["camera"] == undistorted["camera"] == calibrated["out"]
+    assert {one["set"] for one in read[1:]} == {"my-monitor"}
 
 
-def test_pictures_are_laid_out_on_a_grids_plane_without_a_camera(tmp_path, capsys):
+def options(command, *words):
+    """The options of a command line."""
+    return PROGRAM.commands[command].make_context(command, list(words)).params
+
+
+def test_undistort_maps_images_onto_grid_plane(tmp_path, capsys):
     scene = drawn(vignetting=0.0)
     folder = recorded(tmp_path / "set", scene)
     points, out = tmp_path / "points", tmp_path / "plane"
@@ -262,17 +272,17 @@ def test_pictures_are_laid_out_on_a_grids_plane_without_a_camera(tmp_path, capsy
         assert np.abs(stripes - grey).max() <= 2
 
 
-def test_a_file_of_points_from_elsewhere_lays_nothing_out(tmp_path, capsys):
+def test_undistort_rejects_unsuitable_points(tmp_path, capsys):
     folder = recorded(tmp_path / "set", drawn())
     path = tmp_path / "points.npz"
     order = "undistort", path, folder, "--out", tmp_path / "out"
-    for points, told in (
+    for points, message in (
         (np.zeros((9, 9, 2)), "points_mm: found shape (9, 9, 2); give (120, 160, 2)"),
         (np.full((120, 160, 2), 2e9), "points_mm: found 2e+09, more than any monitor"),
         (np.zeros((120, 160, 2)), "no two neighbouring pixels see different positions"),
         (-np.indices((120, 160)).T.swapaxes(0, 1), "all points are left of"),
     ):
         np.savez(path, points_mm=points)
-        line = refused(capsys, *order)
-        assert f"points.npz: {told}" in line.replace("location: ", "")
+        line = error_line(capsys, *order)
+        assert f"points.npz: {message}" in line.replace("location: ", "")
     assert not (tmp_path / "out").exists()

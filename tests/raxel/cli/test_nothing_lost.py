@@ -1,4 +1,4 @@
-"""No command puts a result over what somebody still needs, or says what is not so."""
+"""No command overwrites a file that is still needed."""
 
 import json
 import resource
@@ -10,7 +10,7 @@ import pytest
 
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main
-from raxel.cli.undistort import _targets
+from raxel.cli.images import _targets
 from tests.bad_input.changes import edit, setting
 from tests.image_sets import (
     HEIGHT,
@@ -31,7 +31,7 @@ def camera(tmp_path):
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
-    """A set of one photograph in its folder and two in a folder below."""
+    """A set of one image in its folder and two in a folder below."""
     folder = tmp_path_factory.mktemp("drawn")
     write_drawn_set(folder, tilts=((25, 0), (0, 28), (-25, 5)))
     (folder / "sub").mkdir()
@@ -47,7 +47,7 @@ def drawn(tmp_path_factory):
 
 @pytest.fixture
 def folder(drawn, tmp_path):
-    """A copy of that set, which no test may harm."""
+    """A copy of that set, for one test."""
     return shutil.copytree(drawn, tmp_path / "set")
 
 
@@ -55,8 +55,8 @@ def contents(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def refused(capsys, *arguments):
-    """The one line of a command that must fail."""
+def error_line(capsys, *arguments):
+    """Return the error line of a command that must fail."""
     assert main([str(argument) for argument in arguments]) == 2
     err = capsys.readouterr().err
     assert err.count("\n") == 1
@@ -94,10 +94,10 @@ def by_hard_link(folder):
 @pytest.mark.parametrize(
     "way", [by_name, by_detour, by_link, by_link_inside, by_hard_link]
 )
-def test_undistorting_over_a_photograph_of_the_set(folder, camera, capsys, way):
+def test_undistort_keeps_images_of_the_set(folder, camera, capsys, way):
     out, before = way(folder), contents(folder)
-    line = refused(capsys, "undistort", camera, folder, "--out", out)
-    assert "a.png: found a file of the set" in line
+    line = error_line(capsys, "undistort", camera, folder, "--out", out)
+    assert "a.png: belongs to the image set" in line
     assert contents(folder) == before
 
 
@@ -130,14 +130,14 @@ def into_a_file_as_a_folder(folder, camera):
     "place",
     [over_the_reference, over_the_camera, over_another_set, into_a_file_as_a_folder],
 )
-def test_undistorting_over_a_file_of_another_kind(folder, camera, capsys, place):
+def test_undistort_keeps_other_files(folder, camera, capsys, place):
     out, camera = place(folder, camera)
     before = contents(folder.parent)
-    assert str(out) in refused(capsys, "undistort", camera, folder, "--out", out)
+    assert str(out) in error_line(capsys, "undistort", camera, folder, "--out", out)
     assert contents(folder.parent) == before
 
 
-def test_undistorting_again_replaces_what_it_wrote(folder, camera):
+def test_undistort_replaces_its_own_images(folder, camera):
     out = folder.parent / "out"
     assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
     first = contents(out)
@@ -175,26 +175,26 @@ NAMES = {
 
 
 @pytest.mark.parametrize("names", NAMES)
-def test_two_photographs_never_become_one_file(names):
+def test_undistort_targets_are_distinct(names):
     assert [str(path) for path in _targets(names)] == NAMES[names]
 
 
-def test_corners_keep_the_good_file_where_no_board_is_found(folder, capsys):
+def test_corners_without_board_keep_existing_file(folder, capsys):
     path = folder.parent / "corners.json"
     command = "corners", str(folder), "--detector", "opencv", "--json"
     assert main([*command, str(path)]) == 0
     good = path.read_bytes()
     edit(folder, setting("target", "columns", to=12))
     capsys.readouterr()
-    line = refused(capsys, *command, path)
-    assert f"{path} is kept as it was" in line
+    line = error_line(capsys, *command, path)
+    assert f"({path} is kept)" in line
     assert path.read_bytes() == good
     new = folder.parent / "new.json"
-    assert "kept" not in refused(capsys, *command, new)
+    assert "kept" not in error_line(capsys, *command, new)
     assert not any(entry["found"] for entry in json.loads(new.read_text())["images"])
 
 
-def test_a_disk_that_fills_leaves_the_old_camera(drawn, tmp_path, capsys):
+def test_calibrate_on_full_disk_keeps_old_camera(drawn, tmp_path, capsys):
     """A limit on the size of files: the camera is below it, the JSON beyond."""
     (tmp_path / "set").mkdir()
     names = [f"{'long' * 50}{view}.png" for view in range(3)]
@@ -224,7 +224,7 @@ def test_a_disk_that_fills_leaves_the_old_camera(drawn, tmp_path, capsys):
     assert not result.exists()
 
 
-def test_photographs_in_folders_go_through_all_commands(folder):
+def test_all_commands_accept_images_in_subfolders(folder):
     made = folder.parent / "made"
     made.mkdir()
     corners, camera, out = made / "corners.json", made / "camera.npz", made / "out"

@@ -62,7 +62,7 @@ def contents(folder):
     }
 
 
-def test_the_set_reads_like_a_recorded_one(coolpix):
+def test_rendered_set_is_readable(coolpix):
     image_set = load_set(coolpix)
     assert (image_set.width, image_set.height) == (512, 384)
     assert (image_set.target.columns, image_set.target.rows) == (12, 9)
@@ -74,7 +74,7 @@ def test_the_set_reads_like_a_recorded_one(coolpix):
     assert main(["check", str(coolpix)]) == 0
 
 
-def test_detected_corners_lie_on_the_true_ones(coolpix):
+def test_detected_corners_match_truth(coolpix):
     image_set = load_set(coolpix)
     truth = json.loads((coolpix / "truth" / "corners.json").read_text())
     assert (truth["columns"], truth["rows"]) == (12, 9)
@@ -87,7 +87,7 @@ def test_detected_corners_lie_on_the_true_ones(coolpix):
         assert np.sqrt(np.mean(error**2)) < 0.1
 
 
-def test_truth_is_the_camera_and_the_poses(coolpix):
+def test_truth_projects_onto_true_corners(coolpix):
     camera = load_camera(coolpix / "truth" / "camera.npz")
     poses = json.loads((coolpix / "truth" / "poses.json").read_text())
     assert poses["unit"] == "mm"
@@ -99,7 +99,7 @@ def test_truth_is_the_camera_and_the_poses(coolpix):
         np.testing.assert_allclose(pixels, truth["images"][name]["corners"], atol=1e-9)
 
 
-def test_the_seed_decides_every_byte(small):
+def test_render_is_reproducible_by_seed(small):
     rig, first = str(small / "rig.yaml"), contents(small / "set")
     for name, seed in (("again", 0), ("other", 1)):
         out = ["--out", str(small / name), "--seed", str(seed)]
@@ -111,19 +111,19 @@ def test_the_seed_decides_every_byte(small):
     assert same == [str(Path("truth") / "camera.npz")]
 
 
-def test_progress_goes_to_standard_error_and_the_summary_to_output(small, capsys):
-    out = ["--out", str(small / "told")]
+def test_render_separates_progress_and_summary(small, capsys):
+    out = ["--out", str(small / "printed")]
     assert main(["render", str(small / "rig.yaml"), *out]) == 0
-    told = capsys.readouterr()
-    assert "3/3 view-002.png" in told.err
-    assert told.out.startswith("small: 3 views, 3 images of 160 x 120 px")
+    printed = capsys.readouterr()
+    assert "3/3 view-002.png" in printed.err
+    assert printed.out.startswith("small: 3 views, 3 images of 160 x 120 px")
 
 
 @pytest.mark.parametrize(
     ("out", "seed", "changes", "message"),
     [
         ("no/folder", "0", {}, "no folder"),
-        ("set", "-1", {}, "give a whole number"),
+        ("set", "-1", {}, "found '-1', expected a whole number from 0"),
         (
             "set",
             "0",
@@ -133,9 +133,7 @@ def test_progress_goes_to_standard_error_and_the_summary_to_output(small, capsys
         ("set", "0", {"sensor__white": leaf(0, "e")}, "rig.yaml: sensor.white.value"),
     ],
 )
-def test_what_cannot_be_rendered_leaves_nothing(
-    tmp_path, capsys, out, seed, changes, message
-):
+def test_failed_render_leaves_no_output(tmp_path, capsys, out, seed, changes, message):
     rig = changed(tmp_path / "rig.yaml", **changes)
     status = main(["render", str(rig), "--out", str(tmp_path / out), "--seed", seed])
     assert status == 2

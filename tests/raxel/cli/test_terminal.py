@@ -1,4 +1,4 @@
-"""What a command prints commands no terminal, and a lost reader costs no result."""
+"""Output is harmless to terminals, and closed pipes do not stop commands."""
 
 import io
 import json
@@ -21,7 +21,7 @@ COMMANDS = "\x1b[2J", "\x9b2J", "a\u202egnp.exe", "a\u2066b", "\x7f\r\x08\x85\u2
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
-    """A set of two photographs."""
+    """A set of two images."""
     folder = tmp_path_factory.mktemp("drawn")
     write_drawn_set(folder, tilts=((25, 0), (0, 28)))
     return folder
@@ -37,7 +37,7 @@ def is_harmless(text):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_nothing_from_a_set_commands_the_terminal(folder, capsys, command):
+def test_control_characters_of_a_set_are_escaped(folder, capsys, command):
     edit(folder, setting("camera", to=f"good {command} camera"))
     assert main(["check", str(folder)]) == 0
     printed = capsys.readouterr()
@@ -49,7 +49,7 @@ def test_nothing_from_a_set_commands_the_terminal(folder, capsys, command):
 @pytest.mark.parametrize(
     "name", ["a\nb", "a\x1b[31mb", "a\x9b31mb", "\udcff", "a" * 200]
 )
-def test_a_complaint_is_one_line_whatever_the_name(tmp_path, capsys, name):
+def test_error_is_one_line_for_any_name(tmp_path, capsys, name):
     for arguments in (
         ["check", str(tmp_path / name)],
         ["corners", str(tmp_path), "--json", str(tmp_path / name / "x.json")],
@@ -63,7 +63,7 @@ def test_a_complaint_is_one_line_whatever_the_name(tmp_path, capsys, name):
         assert name.encode("unicode_escape").decode() in err or "evaluate" in arguments
 
 
-def test_photographs_of_any_name_are_named_harmlessly(folder, capsys):
+def test_image_names_are_escaped(folder, capsys):
     names = "\u202egnp.png", "\x9b2J.png", "\udcff.png", "a\u2028b.png"
     for name in names:
         shutil.copy(folder / "view0.png", folder / name)
@@ -81,16 +81,14 @@ def test_photographs_of_any_name_are_named_harmlessly(folder, capsys):
 
 
 def closed_pipe(buffering):
-    """The end of a pipe, to write to, whose other end nobody reads any more."""
+    """The end of a pipe, to write to, whose other end is closed."""
     read, write = os.pipe()
     os.close(read)
     return open(write, "w", buffering)
 
 
 @pytest.mark.parametrize("buffering", [1, 8192])
-def test_a_reader_that_leaves_costs_no_calibration(
-    drawn, tmp_path, monkeypatch, buffering
-):
+def test_calibrate_survives_closed_pipe(drawn, tmp_path, monkeypatch, buffering):
     out, result = tmp_path / "camera.npz", tmp_path / "result.json"
     with closed_pipe(buffering) as pipe, closed_pipe(1) as progress:
         monkeypatch.setattr(sys, "stdout", pipe)
@@ -102,7 +100,7 @@ def test_a_reader_that_leaves_costs_no_calibration(
     assert json.loads(result.read_text())["model"] == "zhang"
 
 
-def test_a_reader_that_leaves_ends_a_process_in_peace(drawn):
+def test_closed_pipe_ends_process_without_error(drawn):
     """Python itself complains at its end where the pipe is left as it is."""
     with closed_pipe(1) as pipe:
         command = [sys.executable, "-m", "raxel", "check", str(drawn)]
@@ -112,7 +110,7 @@ def test_a_reader_that_leaves_ends_a_process_in_peace(drawn):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
-def test_an_output_that_cannot_be_written_is_told(drawn, tmp_path, monkeypatch, capsys):
+def test_full_output_device_is_reported(drawn, tmp_path, monkeypatch, capsys):
     out = tmp_path / "corners.json"
     with open("/dev/full", "w") as full:
         monkeypatch.setattr(sys, "stdout", full)
@@ -120,10 +118,11 @@ def test_an_output_that_cannot_be_written_is_told(drawn, tmp_path, monkeypatch, 
         assert main([*arguments, "--json", str(out)]) == 1
     assert out.exists()
     last = capsys.readouterr().err.splitlines()[-1]
-    assert last.startswith("raxel: standard output: No space left on device; all files")
+    full = "No space left on device"
+    assert last == f"raxel: standard output: {full}; results are saved"
 
 
-def test_what_the_stream_cannot_encode_is_shown_as_an_escape():
+def test_unencodable_characters_are_escaped():
     raw = io.BytesIO()
     stream = io.TextIOWrapper(raw, encoding="ascii")
     print("Mičušík \udcff", file=Terminal(stream), flush=True)
@@ -131,11 +130,11 @@ def test_what_the_stream_cannot_encode_is_shown_as_an_escape():
 
 
 @pytest.mark.parametrize("text", ["", "a b", "µ → é", "a\xa0b\u3000c", "日本語"])
-def test_ordinary_text_stays_as_it_is(text):
+def test_printable_text_is_unchanged(text):
     assert on_one_line(text) == text
 
 
-def test_streams_that_were_closed_before(drawn, monkeypatch):
+def test_missing_streams_are_tolerated(drawn, monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     monkeypatch.setattr(sys, "stderr", None)
     assert main(["check", str(drawn)]) == 0

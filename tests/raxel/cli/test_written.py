@@ -8,10 +8,10 @@ import pytest
 from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import mirror_evaluate, scores
+from raxel.cli.active_grids import _summary
 from raxel.cli.board_corners import corner_warnings
-from raxel.cli.check import _shown
-from raxel.cli.decode import _summary
 from raxel.cli.described import camera_fields, centre_fields
+from raxel.cli.image_sets import _pattern_lines
 from raxel.cli.models import _terms
 from raxel.cli.stability import stability_fields
 from raxel.cli.wrong_points import wrong_fields, wrong_points
@@ -138,7 +138,7 @@ def test_periods_are_told_in_pixels_of_their_own_axis():
             black=None,
         )
     ]
-    (line,) = _shown(SimpleNamespace(views=views, target=grid))
+    (line,) = _pattern_lines(SimpleNamespace(views=views, target=grid))
     assert "x phase 4 of 4 steps (10 periods of 160 px)" in line
     assert "y phase 4 of 4 steps (10 periods of 90 px)" in line
 

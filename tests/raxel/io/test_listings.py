@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import PerspectiveCamera
-from raxel.cli.parsers import parser
+from raxel.cli.commands import PROGRAM
 from raxel.io.documents import faults, read_yaml
 from raxel.sets.image_set import SCHEMA
 from repro.judge.ledger import load
@@ -195,4 +195,5 @@ ORDERS = re.findall(r"^\$ raxel (.*)|`raxel (\w+ .*?)`", README, re.MULTILINE)
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_raxel_commands_are_valid(order):
-    assert parser().parse_args(shlex.split("".join(order))).command
+    command, *words = shlex.split("".join(order))
+    PROGRAM.commands[command].make_context(command, words)

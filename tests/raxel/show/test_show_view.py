@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import PerspectiveCamera
-from raxel.cli.show import _scene
+from raxel.cli.images import _scene
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.io import rendering
 from raxel.show.cameras import _name, facing_sight, frustum

@@ -194,7 +194,7 @@ def test_show_without_file_opens_page(tmp_path, capsys, monkeypatch, display):
     ],
 )
 def test_show_errors_have_one_line(monkeypatch, capsys, arguments, lines):
-    monkeypatch.setattr("raxel.cli.show.packages_missing", str)
+    monkeypatch.setattr("raxel.cli.images.packages_missing", str)
     assert main(["show", *arguments]) == 2
     complaint = capsys.readouterr().err
     assert lines in complaint

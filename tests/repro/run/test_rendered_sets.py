@@ -56,10 +56,10 @@ def test_set_key_follows_rig_and_simulator(checkout):
     code = (
         'from raxel.lab.take import take\ndef render(o):\n    """One."""\n    take(o)'
     )
-    written(checkout, "lib/raxel/cli/render.py", code)
+    written(checkout, "lib/raxel/cli/images.py", code)
     written(checkout, "lib/raxel/lab/take.py", "def take(o):\n    return 1\n")
     first = key(checkout)
-    written(checkout, "lib/raxel/cli/render.py", code.replace("One", "Two"))
+    written(checkout, "lib/raxel/cli/images.py", code.replace("One", "Two"))
     written(checkout, "lib/raxel/lab/other.py", "def other():\n    return 1\n")
     assert key(checkout) == first
     written(checkout, "lib/raxel/lab/take.py", "def take(o):\n    return 2\n")

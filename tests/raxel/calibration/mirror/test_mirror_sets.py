@@ -121,7 +121,7 @@ def test_check_lists_mirror_set_contents(tmp_path, capsys):
     write_mirror_set(tmp_path)
     assert main(["check", str(tmp_path)]) == 0
     reported = capsys.readouterr().out
-    assert "platter    1.27 mm before its board" in reported
+    assert "platter    1.27 mm in front of its board" in reported
     assert "2 deflections (5 mm, not stated), 1 board to evaluate" in reported
     assert reported.count("images     ") == 5
 

@@ -1,4 +1,4 @@
-"""Images, cameras, places and orders that are at fault: one line, nothing written."""
+"""Invalid images, cameras, outputs and command lines: one line, nothing written."""
 
 import os
 import re
@@ -30,7 +30,7 @@ IMAGES = {
 
 @pytest.mark.parametrize("fault", IMAGES)
 @pytest.mark.parametrize("command", ["corners", "calibrate", "check", "undistort"])
-def test_a_faulty_image_is_named(broken, fails, tmp_path, command, fault):
+def test_invalid_image_is_named(broken, fails, tmp_path, command, fault):
     spoil, expected = IMAGES[fault]
     spoil(broken / "view4.png")
     PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(
@@ -53,7 +53,7 @@ def test_a_faulty_image_is_named(broken, fails, tmp_path, command, fault):
     assert re.search(expected, line), line
 
 
-def test_a_cut_jpeg_leaves_one_line_in_a_real_process(broken, tmp_path):
+def test_truncated_jpeg_gives_one_line_in_process(broken, tmp_path):
     """OpenCV's own libraries write to the process's standard error."""
     data = cv2.imencode(".jpg", cv2.imread(str(broken / "view0.png")))[1].tobytes()
     (broken / "view0.png").write_bytes(data[: len(data) // 2])
@@ -74,8 +74,8 @@ def test_a_cut_jpeg_leaves_one_line_in_a_real_process(broken, tmp_path):
     assert not out.exists()
 
 
-def test_an_image_that_only_looks_whole_leaves_one_line(broken, tmp_path):
-    """A PNG whose check sums are right and whose pixels are none."""
+def test_png_without_data_gives_one_line_in_process(broken, tmp_path):
+    """A PNG with valid checksums but without pixels."""
     good = cv2.imencode(".png", np.zeros((HEIGHT, WIDTH), np.uint8))[1].tobytes()
     start, end = good.index(b"IDAT") - 4, good.index(b"IEND") - 4
     (broken / "view0.png").write_bytes(good[:start] + good[end:])
@@ -86,7 +86,7 @@ def test_an_image_that_only_looks_whole_leaves_one_line(broken, tmp_path):
     assert "view0.png: file is truncated or damaged" in done.stderr
 
 
-def test_places_that_cannot_be_written(broken, fails, tmp_path):
+def test_unwritable_outputs_are_rejected(broken, fails, tmp_path):
     nowhere = tmp_path / "no" / "camera.npz"
     line = fails("calibrate", broken, "--out", nowhere)
     assert f"{nowhere}: no folder {tmp_path / 'no'}" in line
@@ -94,25 +94,25 @@ def test_places_that_cannot_be_written(broken, fails, tmp_path):
     assert f"{tmp_path}: this is a folder" in line
 
 
-def test_one_name_for_two_outputs(broken, fails, tmp_path):
+def test_outputs_require_distinct_names(broken, fails, tmp_path):
     both = tmp_path / "camera.npz"
     line = fails("calibrate", broken, "--out", both, "--json", both)
     assert "--json and --out name the same file; give two names" in line
 
 
-def test_results_over_a_device(broken, fails, tmp_path):
+def test_device_as_output_is_rejected(broken, fails, tmp_path):
     """A pipe stands for it; whoever may, would put a file in place of /dev/stdout."""
     pipe, link = tmp_path / "pipe", tmp_path / "link"
     os.mkfifo(pipe)
     link.symlink_to(pipe)
     for path in (pipe, link):
-        assert f"{path}: found no ordinary file" in fails(
+        assert f"{path}: not a regular file; give" in fails(
             "corners", broken, "--json", path
         )
         assert path.is_fifo()
 
 
-def test_results_over_what_is_read(broken, fails, tmp_path):
+def test_input_as_output_is_rejected(broken, fails, tmp_path):
     camera, corners = tmp_path / "camera.npz", tmp_path / "corners.json"
     PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(camera)
     corners.write_text("{}")
@@ -122,10 +122,10 @@ def test_results_over_what_is_read(broken, fails, tmp_path):
         (("evaluate", camera, broken, *read, "--json", corners), corners),
         (("calibrate", broken, *read, "--out", corners), corners),
     ):
-        assert f"{name}: the command reads this file" in fails(*arguments)
+        assert f"{name}: is an input of this command" in fails(*arguments)
 
 
-def test_cameras_that_do_not_fit(broken, fails, tmp_path):
+def test_unsuitable_cameras_are_rejected(broken, fails, tmp_path):
     path = tmp_path / "camera.npz"
     result = "--json", tmp_path / "result.json"
     assert f"{path}: " in fails("evaluate", path, broken, *result)
@@ -148,5 +148,5 @@ def test_cameras_that_do_not_fit(broken, fails, tmp_path):
         ["conjure", "somewhere"],
     ],
 )
-def test_orders_that_make_no_sense(fails, arguments):
+def test_usage_errors_refer_to_help(fails, arguments):
     assert "--help" in fails(*arguments)

@@ -1,0 +1,423 @@
+"""Commands of the program `raxel`: arguments, options and help."""
+
+import contextlib
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import click
+
+from raxel import __version__
+from raxel.cli.terminal import print_help
+
+Say = Callable[[str], None]
+
+SECTIONS = {
+    **dict.fromkeys(["check", "corners", "decode"], "Image sets"),
+    **dict.fromkeys(["calibrate", "evaluate", "undistort", "show"], "Cameras"),
+    **dict.fromkeys(["patterns", "render"], "Targets and simulation"),
+}
+OPTION_SECTIONS = {
+    **dict.fromkeys(["--out", "--json", "--report"], "Output"),
+    **dict.fromkeys(["--corners", "--points", "--camera", "--board"], "Input"),
+}
+
+
+def run(name: str, options: SimpleNamespace, say: Say) -> None:
+    """Import the code of a command, now that it is needed, and run it."""
+    from raxel.sets import is_mirror_set
+
+    match name:
+        case "check":
+            from raxel.cli.image_sets import check as command
+        case "corners":
+            from raxel.cli.image_sets import corners as command
+        case "decode":
+            from raxel.cli.active_grids import decode as command
+        case "calibrate" if is_mirror_set(options.set):
+            from raxel.cli.mirror import calibrate_mirror_set as command
+        case "calibrate":
+            from raxel.cli.calibrate import calibrate as command
+        case "evaluate" if is_mirror_set(options.set):
+            from raxel.cli.mirror_evaluate import evaluate_mirror_set as command
+        case "evaluate":
+            from raxel.cli.evaluate import evaluate as command
+        case "undistort":
+            from raxel.cli.images import undistort as command
+        case "show":
+            from raxel.cli.images import show as command
+        case "patterns":
+            from raxel.cli.active_grids import patterns as command
+        case "render":
+            from raxel.cli.images import render as command
+    command(options, say)
+
+
+class Sections(click.Command):
+    """Command whose help lists its commands and options in sections."""
+
+    def format_options(self, ctx: click.Context, formatter: Any) -> None:
+        """Write the sections."""
+        sections: dict[str, list] = {}
+        for name, command in getattr(self, "commands", {}).items():
+            sections.setdefault(SECTIONS[name], []).append((name, command.help))
+        for one in self.params:
+            if isinstance(one, click.Option):
+                section = OPTION_SECTIONS.get(one.opts[0], "Options")
+                sections.setdefault(section, []).append(one.get_help_record(ctx))
+        for title, rows in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(rows)
+
+
+class Program(Sections, click.Group):
+    """Group of all commands."""
+
+
+def file_name(text: str) -> str:
+    """Return the name of a file or folder."""
+    if not text or "\0" in text:
+        raise click.BadParameter(f"found {text!r}, expected a name")
+    return text
+
+
+def number(kind: Callable, low: float, high: float, expected: str) -> Callable:
+    """Return a function that reads a number from `low` to `high`."""
+
+    def read(text: str) -> Any:
+        with contextlib.suppress(ValueError):
+            if low <= (value := kind(text)) <= high:
+                return value
+        raise click.BadParameter(f"found {text!r}, expected {expected}")
+
+    return read
+
+
+def _print(ctx: click.Context, param: click.Parameter, given: bool) -> None:
+    if given:
+        version = param.name == "version"
+        print_help(f"raxel {__version__}" if version else ctx.get_help())
+        ctx.exit()
+
+
+def _command(name: str, help: str, example: str, *params: click.Parameter) -> Sections:
+    def callback(**options: Any) -> None:
+        run(name, SimpleNamespace(**options), click.get_current_context().obj)
+
+    return Sections(
+        name,
+        callback=callback,
+        help=help,
+        epilog=f"Example: {example}",
+        params=[*params, HELP],
+    )
+
+
+def _argument(name: str, help: str) -> click.Argument:
+    return click.Argument([name], type=file_name, metavar=name.upper(), help=help)
+
+
+def _option(name: str, type: Any, metavar: str, help: str, **more: Any) -> click.Option:
+    return click.Option([name], type=type, metavar=metavar, help=help, **more)
+
+
+def _flag(*names: str, help: str, **more: Any) -> click.Option:
+    return click.Option(names, is_flag=True, help=help, **more)
+
+
+SEED = number(int, 0, 10**18 - 1, "a whole number from 0")
+COUNT = number(int, 1, 32000, "a whole number from 1 to 32000")
+FRACTION = number(float, -1, 1, "a number from -1 to 1")
+LENGTH = number(float, 5e-324, 1e6, "a length in mm, up to 1e6")
+HELP = _flag(
+    "-h",
+    "--help",
+    help="Show this help and exit.",
+    callback=_print,
+    is_eager=True,
+    expose_value=False,
+)
+SET = _argument("set", "Folder of an image set.")
+SET_OR_MIRROR_SET = _argument("set", "Folder of an image set or of a mirror set.")
+MODEL = _option(
+    "--model",
+    click.Choice(
+        ["auto", "zhang", "kannala-brandt", "unified", "spline", "cgsp", "generic"]
+    ),
+    "NAME",
+    "Camera model: zhang (pinhole with two radial terms), kannala-brandt or unified "
+    "(parametric models of fisheyes and mirrors, with an entrance-pupil shift if the "
+    "data support one), spline (B-spline ray field on a parametric model), cgsp or "
+    "generic (per-pixel rays by the method of chapter 4 or the standard method), or "
+    "auto (the model with the smallest error on held-out views). Not for mirror sets.",
+    default="auto",
+)
+DETECTOR = _option(
+    "--detector",
+    click.Choice(["raxel", "opencv", "opencv-sb", "celect"]),
+    "NAME",
+    "Corner detector: raxel or opencv-sb, which also determine an unknown board size, "
+    "opencv, or celect, which requires outer_corners in set.yaml.  [default: raxel]",
+)
+CORNERS = _option(
+    "--corners",
+    file_name,
+    "FILE",
+    "Corners written by 'raxel corners --json'; detected if not given.",
+)
+POINTS = _option(
+    "--points",
+    file_name,
+    "FOLDER",
+    "Points of an active grid written by 'raxel decode'; decoded if not given.",
+)
+PROGRAM = Program(
+    "raxel",
+    help="Calibrate general cameras from images of known targets.",
+    epilog="Example: raxel calibrate my-camera --out camera.npz\n\nSee raxel COMMAND "
+    "--help for the options of a command.",
+    context_settings={"show_default": True},
+    no_args_is_help=False,
+    params=[
+        _flag(
+            "--version",
+            help="Show the version and exit.",
+            callback=_print,
+            is_eager=True,
+            expose_value=False,
+        ),
+        HELP,
+    ],
+    commands=[
+        _command(
+            "check",
+            "Read all files of an image set and summarise them.",
+            "raxel check my-camera",
+            SET_OR_MIRROR_SET,
+        ),
+        _command(
+            "corners",
+            "Detect the chessboard corners in the images of a set.",
+            "raxel corners my-camera --json corners.json",
+            SET,
+            _option(
+                "--json",
+                file_name,
+                "FILE",
+                "Detected corners. An existing file is kept if no board is found.",
+            ),
+            DETECTOR,
+        ),
+        _command(
+            "decode",
+            "Decode the screen position that each pixel of an active grid sees.",
+            "raxel decode my-monitor --out points",
+            SET,
+            _option(
+                "--out",
+                file_name,
+                "FOLDER",
+                "New folder: points, sigma, mask (.npz) and a plot of each view.",
+                required=True,
+            ),
+            _flag("--raw", help="Do not average over 7 x 7 pixels."),
+            _flag("--neighbours", help="Average positions over 3 x 3 pixels."),
+            _flag("--fill", help="Fill single holes from their neighbours."),
+            _flag(
+                "--linear",
+                help="Assume a linear response of monitor and camera; do not measure "
+                "and correct it.",
+            ),
+            _option(
+                "--margin",
+                SEED,
+                "PX",
+                "Width in px excluded along the edge of the lit area and along "
+                "discontinuities.  [default: reach of windows and blur, at least "
+                "6]",
+            ),
+        ),
+        _command(
+            "calibrate",
+            "Calibrate a camera from the images of a set.",
+            "raxel calibrate my-camera --out camera.npz --report calibration",
+            SET_OR_MIRROR_SET,
+            _option(
+                "--out",
+                file_name,
+                "CAMERA",
+                "Camera file (.npz). For a mirror set it holds the last stage; "
+                "mirror-0.npz, mirror-1.npz, ... in the same folder hold all "
+                "stages.",
+                required=True,
+            ),
+            _option(
+                "--json",
+                file_name,
+                "FILE",
+                "Result: camera, residuals, misfit, split-half stability, "
+                "beyond_boards (predicted error outside the covered area), "
+                "board_corners (deviations from the nominal positions), warnings.",
+            ),
+            _option(
+                "--report",
+                file_name,
+                "FOLDER",
+                "HTML report with plots of corners, residuals, coverage and "
+                "split-half stability; for a mirror set, of shapes and residuals.",
+            ),
+            CORNERS,
+            POINTS,
+            MODEL,
+            DETECTOR,
+        ),
+        _command(
+            "evaluate",
+            "Evaluate a camera on an image set; only board poses are fitted.",
+            "raxel evaluate camera.npz my-camera --json evaluation.json",
+            _argument("camera", "Camera file (.npz)."),
+            SET_OR_MIRROR_SET,
+            _option("--json", file_name, "FILE", "Errors per view and in total."),
+            CORNERS,
+            POINTS,
+            _option(
+                "--board",
+                file_name,
+                "FILE",
+                "Board shape estimated by 'raxel calibrate --json' with the same "
+                "board.  [default: as stated in set.yaml]",
+            ),
+            _option(
+                "--stage",
+                SEED,
+                "N",
+                "Stage of a mirror set, the number of deflections before CAMERA.  "
+                "[default: from the name of CAMERA, such as mirror-2.npz, or the "
+                "last stage]",
+            ),
+            DETECTOR,
+        ),
+        _command(
+            "undistort",
+            "Undistort the images of a set as a pinhole camera sees them.",
+            "raxel undistort camera.npz my-camera --out undistorted",
+            _argument(
+                "camera",
+                "Camera file (.npz), or points of one view (.npz) written by "
+                "'raxel decode'. With points, no camera is needed: the images are "
+                "mapped onto the plane of the active grid.",
+            ),
+            SET,
+            _option(
+                "--out",
+                file_name,
+                "FOLDER",
+                "Folder for the PNG images. Only images of an earlier run are "
+                "replaced.",
+                required=True,
+            ),
+        ),
+        _command(
+            "show",
+            "Draw a rig, a camera or an image set in three dimensions.",
+            "raxel show my-camera --camera camera.npz --out boards.html",
+            _argument(
+                "what",
+                "Rig file (.yaml), camera file (.npz) or folder of an image set.",
+            ),
+            _option(
+                "--out",
+                file_name,
+                "FILE",
+                "Image (.png) or interactive page (.html).  [default: a page in "
+                "the browser]",
+            ),
+            _option(
+                "--camera",
+                file_name,
+                "CAMERA",
+                "Camera to which the board poses of a set are fitted.  [default: "
+                "true poses of a rendered set, or a calibration by Zhang's method]",
+            ),
+            CORNERS,
+            _option("--seed", SEED, "N", "Seed of the poses of a rig.", default=0),
+        ),
+        _command(
+            "patterns",
+            "Draw the phase-shift patterns of an active grid for a monitor.",
+            "raxel patterns --width 1920 --height 1080 --out patterns",
+            _option(
+                "--out",
+                file_name,
+                "FOLDER",
+                "New folder: patterns and a set.yaml to fill in.",
+                required=True,
+            ),
+            _option(
+                "--width", COUNT, "PX", "Width of the monitor in px.", required=True
+            ),
+            _option(
+                "--height", COUNT, "PX", "Height of the monitor in px.", required=True
+            ),
+            _option(
+                "--cells", COUNT, "N", "Gray code cells along each axis.", default=8
+            ),
+            _option(
+                "--steps",
+                COUNT,
+                "N",
+                "Phase steps of the sinusoids. The harmonics of the monitor's "
+                "response below the 5th cancel with 6 steps or more, below the "
+                "3rd with 4.",
+                default=6,
+            ),
+            _option(
+                "--offset",
+                FRACTION,
+                "FRACTION",
+                "Phase offset of the sinusoids as a fraction of a period (0.25: "
+                "cosines).",
+                default=0.0,
+            ),
+            _option(
+                "--size-mm",
+                LENGTH,
+                "W H",
+                "Width and height of the lit area in mm, for set.yaml.",
+                nargs=2,
+            ),
+            _option(
+                "--chessboard",
+                COUNT,
+                "COLUMNS ROWS",
+                "Interior corners of an additional chessboard pattern, to be shown "
+                "in the same pose.",
+                nargs=2,
+            ),
+            _option("--poses", COUNT, "N", "Poses in set.yaml.", default=1),
+        ),
+        _command(
+            "render",
+            "Render an image set of a simulated camera rig.",
+            "raxel render data/rigs/ordinary-lens.yaml --out rendered",
+            _argument("rig", "Rig file, such as data/rigs/ordinary-lens.yaml."),
+            _option(
+                "--out", file_name, "SET", "New folder of the image set.", required=True
+            ),
+            _option(
+                "--seed",
+                SEED,
+                "N",
+                "Seed of poses and noise. The same seed gives the same bytes.",
+                default=0,
+            ),
+            _option(
+                "--noise",
+                None,
+                "LEVEL",
+                "Noise level of a mirror set, such as low, middle or high.  "
+                "[default: first level of the rig]",
+            ),
+        ),
+    ],
+)

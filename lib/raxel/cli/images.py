@@ -1,0 +1,287 @@
+"""New images: `raxel undistort`, `raxel render` and `raxel show`."""
+
+import os
+import struct
+import sys
+import tempfile
+import unicodedata
+import webbrowser
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
+from pathlib import Path, PurePath
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from raxel.cameras.registry import load_camera
+from raxel.cli.commands import Say
+from raxel.cli.outputs import check_written
+from raxel.cli.terminal import on_one_line
+from raxel.errors import InputError
+from raxel.features.boards import read_boards
+from raxel.io.files import check_can_be_written, replacing
+from raxel.io.rendering import need, packages_missing, rendering_missing
+from raxel.multiview.views import (
+    perspective_view,
+    plane_scale,
+    remap_to_plane,
+    resample,
+    share_seen,
+    source_pixels,
+)
+from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
+
+MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
+# A PNG begins with its signature and the chunk IHDR; the chunk of its software follows.
+HEADER_BYTES = 33
+SOFTWARE = b"Software\0raxel undistort"
+ENDINGS = (".html", ".png")
+
+
+Undistortion = tuple[Callable[[np.ndarray], np.ndarray], float, str, str]
+"""Function of an image; fraction of the pixels that show anything; what shows these;
+possible causes of a small fraction."""
+
+
+def undistort(options: SimpleNamespace, say: Say) -> None:
+    """Write the images of a set as a pinhole at the camera's centre would see them, or
+    mapped onto the plane of an active grid."""
+    from raxel.features.grids import has_points
+
+    out = Path(options.out)
+    image_set = load_set(options.set)
+    files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
+    targets = _targets(files)
+    _check_targets(out, targets, image_set, options.camera)
+    by = _by_grid if has_points(options.camera) else _by_camera
+    undistorted, share, source, causes = by(options.camera, image_set)
+    disk = out if out.is_dir() else out.parent
+    with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
+        folder = Path(room) / "images"
+        for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
+            _write_png(folder / target, undistorted(read_colour(image_set, name)))
+            renamed = f" as {target}" if target != _plain(name) else ""
+            say(f"{number}/{len(files)} {name}{renamed}")
+        for target in targets:
+            (out / target).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(folder / target, out / target)
+    print(
+        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; {source} "
+        f"{100 * share:.0f} % of their pixels"
+    )
+    if share < MIN_SHARE:
+        print(f"the rest is black: {causes}")
+
+
+def _by_camera(path: str, image_set: ImageSet) -> Undistortion:
+    from raxel.cli.evaluate import check_size
+
+    camera = load_camera(path)
+    check_size(path, camera, image_set)
+    try:
+        view = perspective_view(camera)
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from fault
+    sources = source_pixels(camera, view)
+    return (
+        lambda image: resample(image, sources),
+        share_seen(sources, camera),
+        "the camera sees",
+        "the field of view exceeds that of a pinhole, or the calibration targets "
+        "covered little of the image; raxel.multiview.views makes panoramas",
+    )
+
+
+def _by_grid(path: str, image_set: ImageSet) -> Undistortion:
+    from raxel.features.grids import read_grid
+
+    shape = image_set.height, image_set.width
+    location, sigma, mask = read_grid(path, (*shape, 2))
+    try:
+        scale = plane_scale(location, mask)
+        blank = np.zeros(shape, np.uint8)
+        _, known = remap_to_plane(blank, location, sigma, mask, *scale)
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from fault
+    return (
+        lambda image: remap_to_plane(image, location, sigma, mask, *scale)[0],
+        float(np.mean(known)),
+        "the grid's points cover",
+        "the grid covered little of the image; move the monitor closer",
+    )
+
+
+def _check_targets(
+    out: Path, targets: Sequence[PurePath], image_set: ImageSet, camera: str
+) -> None:
+    """Raise InputError for an image outside `out`, or over a file of another kind."""
+    if out.is_dir() and out.resolve() == image_set.folder.resolve():
+        raise InputError(f"{out}: is the image set itself; choose another folder")
+    check_can_be_written(out / "image.png" if out.is_dir() else out)
+    paths = [out / target for target in targets]
+    check_written(paths, [image_set], [camera])
+    for path in paths:
+        if not path.parent.resolve().is_relative_to(out.resolve()):
+            raise InputError(
+                f"{path.parent}: found a link that leads out of {out}; remove it, or "
+                "choose another --out"
+            )
+        folder = next(folder for folder in path.parents if os.path.lexists(folder))
+        if not folder.is_dir():
+            raise InputError(f"{folder}: not a folder; choose another --out")
+        check_can_be_written(folder / "image.png")
+        if path.exists() and not _is_ours(path):
+            raise InputError(
+                f"{path}: not written by raxel undistort; choose another --out, or "
+                "remove the file"
+            )
+
+
+def _is_ours(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return SOFTWARE in stream.read(HEADER_BYTES + 12 + len(SOFTWARE))
+
+
+def _targets(files: Sequence[str]) -> list[PurePath]:
+    """Return a PNG file for each image, distinct also if case is ignored.
+
+    This is the name of the image with the ending .png. Images that would share a name
+    keep their whole old name before the ending, with a number if that is taken too.
+    """
+    plain = list(map(_plain, files))
+    shared = Counter(map(_folded, plain))
+    taken = {_folded(folder) for path in plain for folder in path.parents}
+    targets: list[PurePath] = []
+    for name, first in zip(files, plain, strict=True):
+        choices = _choices(name, first if shared[_folded(first)] == 1 else None)
+        targets.append(next(path for path in choices if _folded(path) not in taken))
+        taken.add(_folded(targets[-1]))
+    return targets
+
+
+def _plain(name: str) -> PurePath:
+    return PurePath(name).with_suffix(".png")
+
+
+def _choices(name: str, first: PurePath | None) -> Iterator[PurePath]:
+    if first is not None:
+        yield first
+    yield PurePath(f"{name}.png")
+    for number in count(2):
+        yield PurePath(f"{name}-{number}.png")
+
+
+def _folded(path: PurePath) -> str:
+    """Return the same text for paths that some file systems take for one."""
+    return unicodedata.normalize("NFC", str(path).casefold())
+
+
+def _write_png(path: Path, image: np.ndarray) -> None:
+    import cv2
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = cv2.imencode(".png", image)[1].tobytes()
+    chunk = b"tEXt" + SOFTWARE
+    length, checksum = len(SOFTWARE), zlib.crc32(chunk)
+    chunk = struct.pack(">I", length) + chunk + struct.pack(">I", checksum)
+    path.write_bytes(data[:HEADER_BYTES] + chunk + data[HEADER_BYTES:])
+
+
+def render(options: SimpleNamespace, say: Say) -> None:
+    """Render the image set or the mirror set of a rig file."""
+    from raxel.lab.mirror_set_rig import (
+        is_mirror_set_rig,
+        load_mirror_set_rig,
+        render_mirror_set,
+    )
+    from raxel.lab.rig import load_rig
+    from raxel.lab.set_rendering import render_set
+
+    if is_mirror_set_rig(options.rig):
+        rig = load_mirror_set_rig(options.rig)
+        made = render_mirror_set(rig, options.out, options.seed, options.noise, say)
+        for field, image_set in made.image_sets.items():
+            print(f"{made.name}: {field}: {_contents(image_set)}")
+        print(f"{made.name}: {len(made.steps) + 1} stages", end=", ")
+    elif options.noise:
+        raise InputError(
+            f"--noise: found with {options.rig}, which has one noise level; remove it"
+        )
+    else:
+        made = render_set(load_rig(options.rig), options.out, options.seed, say)
+        print(f"{made.name}: {_contents(made)}", end=", ")
+    print(f"in {on_one_line(made.folder)}")
+
+
+def _contents(image_set: ImageSet) -> str:
+    n_files = sum(len(view.files) for view in image_set.views)
+    return (
+        f"{len(image_set.views)} views, {n_files} images of "
+        f"{image_set.width} x {image_set.height} px"
+    )
+
+
+def show(options: SimpleNamespace, say: Say) -> None:
+    """Draw a rig, a camera or a set: to a file, or in the browser."""
+    out = options.out and Path(options.out)
+    if out:
+        if out.suffix.lower() not in ENDINGS:
+            raise InputError(
+                f"{out}: found ending {out.suffix or 'none'!r}; give "
+                f"{' or '.join(ENDINGS)}"
+            )
+        check_can_be_written(out)
+        check_written([out], [], [options.what, options.camera, options.corners])
+    as_image = out and out.suffix.lower() == ".png"
+    need(rendering_missing() if as_image else packages_missing())
+    scene, title = _scene(options, out, say)
+    if out is None:
+        folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))
+        out = folder / f"{title.split(':')[0]}.html"
+    from raxel.show import html, png
+
+    content = png(scene) if as_image else html(scene, title).encode()
+    with replacing(out) as temporary:
+        temporary.write_bytes(content)
+    print(f"{scene.note}\n{out}")
+    display = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY")
+    if options.out is None and (display or os.environ.get("WAYLAND_DISPLAY")):
+        webbrowser.open(out.as_uri())
+
+
+def _scene(options: SimpleNamespace, out: Path | None, say: Say) -> tuple[Any, str]:
+    """Return the scene and its title; `out` must not be a file of a set it shows."""
+    from raxel.show.cameras import camera_scene, rig_scene, set_scene
+
+    what = Path(options.what)
+    if what.is_dir():
+        if is_mirror_set(what):
+            raise InputError(
+                f"{what}: a mirror set, whose mirror is not calibrated; run raxel "
+                "calibrate and show the camera that it writes"
+            )
+        image_set = load_set(what)
+        check_written([out], [image_set])
+        camera = options.camera and load_camera(options.camera)
+        boards = options.corners and read_boards(options.corners, image_set)
+        scene = set_scene(image_set, camera, say, boards)
+        return scene, f"{image_set.name}: targets in front of the camera"
+    for option in ("camera", "corners"):
+        if getattr(options, option):
+            raise InputError(
+                f"--{option}: found with {what}, which is not an image set; remove it"
+            )
+    if what.suffix == ".npz":
+        return camera_scene(load_camera(what), what.stem), f"{what.stem}: a camera"
+    if what.suffix in (".yaml", ".yml"):
+        from raxel.lab import load_rig
+
+        rig = load_rig(what)
+        return rig_scene(rig, options.seed), f"{rig.name}: a rig"
+    found = f"found ending {what.suffix!r}" if what.exists() else "no such file"
+    raise InputError(
+        f"{what}: {found}; give a rig (.yaml), a camera (.npz) or the folder of a set"
+    )
