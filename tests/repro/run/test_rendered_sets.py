@@ -163,7 +163,7 @@ def test_truncated_set_is_rendered_again(checkout, monkeypatch, capsys):
     cut.write_bytes(cut.read_bytes()[:100])
     drop_damaged(work)
     assert not described.is_file()
-    assert "small/3/view-001.png was damaged" in capsys.readouterr().err
+    assert "small/3/view-001.png: damaged" in capsys.readouterr().err
     assert made(checkout) == first
     assert described.read_text() == text
 

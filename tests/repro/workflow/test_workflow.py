@@ -253,7 +253,7 @@ def test_failing_job_is_reported_and_truncated_file_rebuilt(checkout, first):
     status, text = build(checkout)
     assert status == 0, text
     for name, content in whole.items():
-        assert f"{name} was damaged: it will be made again\n" in text
+        assert f"{name}: damaged; it will be made again\n" in text
         assert (checkout / name).read_bytes() == content, name
     assert json.loads(result.read_text()) == before
 
