@@ -85,7 +85,7 @@ ALTERED = {
 }
 
 
-SAID = {
+NOTES = {
     "of one claim": ("was 3.", "was 3. Then it was altered again."),
     "of all claims": (
         "claims:",
@@ -94,7 +94,7 @@ SAID = {
 }
 
 
-@pytest.mark.parametrize("said", SAID)
+@pytest.mark.parametrize("output", NOTES)
 @pytest.mark.parametrize("part", ALTERED)
 def test_changed_test_requires_changed_note(checkout, part, output):
     recorded.record(checkout)
@@ -106,7 +106,7 @@ def test_changed_test_requires_changed_note(checkout, part, output):
     assert recorded.record(checkout) == [found]
     assert (checkout / FOLDER / recorded.NAME).read_text() == before
 
-    replace(checkout, CLAIMS, *SAID[output])
+    replace(checkout, CLAIMS, *NOTES[output])
     (found,) = recorded.faults(checkout)
     assert found.endswith("`changed` differs; run make recorded")
     assert recorded.record(checkout) == []

@@ -32,7 +32,7 @@ def claim(name, verdict, **more):
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "said"),
+    ("verdicts", "output"),
     [
         ("r", "Holds: “a is so” (here: none of 9)."),
         ("rr", "All 2 decided claims hold: “a is so” (here: none of 9), and 1 more."),

@@ -34,7 +34,7 @@ def test_chapter_target_has_pages_and_artefacts(work, chapter):
     [
         ("ch77", "no page of chapter 77"),
         ("appendix_z", "no page of appendix Z"),
-        ("chapter", "nothing makes chapter"),
+        ("chapter", "chapter: no such figure or table"),
     ],
 )
 def test_unknown_target_is_rejected(work, order, reason):
