@@ -79,31 +79,31 @@ def test_image_too_large_for_memory_is_reported(broken, fails, monkeypatch, faul
 
 
 REFERENCES = {
-    "too few": (
-        lambda d: d["images"]["view0.png"]["corners"].pop(),
-        "found 34 corners",
+    "too few": (lambda d: d["images"]["view0.png"]["corners"].pop(), "34 corners"),
+    "no counts": (
+        lambda d: d.pop("columns"),
+        "columns: missing or invalid; give the number",
     ),
-    "no counts": (lambda d: d.pop("columns"), "columns: give the number"),
     "NaN": (
         lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [float("nan"), 1]),
         "NaN is not a finite number",
     ),
     "no point": (
         lambda d: d["images"]["view0.png"]["corners"].__setitem__(3, [1]),
-        r"images\.view0\.png\.corners\[3\]: no point",
+        r"images\.view0\.png\.corners\[3\]: not a point",
     ),
     "index": (
         lambda d: d["images"]["view0.png"].update(uncertain=[35]),
-        r"images\.view0\.png\.uncertain: give indices of corners, 0 to 34",
+        r"images\.view0\.png\.uncertain: not a list of indices; give indices of corners, 0 to 34",
     ),
     "no corners": (
         lambda d: d["images"].update({"view0.png": {}}),
         "corners: key missing",
     ),
-    "no images": (lambda d: d.update(images=[]), "images: give a mapping"),
+    "no images": (lambda d: d.update(images=[]), "images: missing or not a mapping"),
     "spread": (
         lambda d: d["images"]["view0.png"].update(spread_max_px="wide"),
-        "spread_max_px: no number",
+        "spread_max_px: not a number",
     ),
 }
 

@@ -135,7 +135,7 @@ FAULTS = {
     ),
     "click outside": (
         setting("views", 1, "outer_corners", to=[*SQUARE[:3], [50, 240]]),
-        r"views\[1\]\.outer_corners\[3\]: found \[50\.0, 240\.0\], outside",
+        r"views\[1\]\.outer_corners\[3\]: \[50\.0, 240\.0\] is outside",
     ),
     "contour of no column": (
         contour("column 7", SQUARE[:1] * 5),
@@ -143,15 +143,15 @@ FAULTS = {
     ),
     "short side": (
         contour("side 3", SQUARE[:1] * 5),
-        r"views\[1\]\.contours\.side 3: found 5 points; give its 7 corners",
+        r"views\[1\]\.contours\.side 3: 5 points; give its 7 corners",
     ),
     "long column": (
         contour("column 2", SQUARE[:1] * 7),
-        r"views\[1\]\.contours\.column 2: found 7 points; give its 5 corners",
+        r"views\[1\]\.contours\.column 2: 7 points; give its 5 corners",
     ),
     "contour outside": (
         contour("side 2", [*SQUARE, [320, 9]]),
-        r"contours\.side 2\[4\]: found \[320\.0, 9\.0\], outside the image",
+        r"contours\.side 2\[4\]: \[320\.0, 9\.0\] is outside the image",
     ),
     "contour of an unknown board": (
         contour("side 2", SQUARE, size=(None, None)),
@@ -173,7 +173,7 @@ FAULTS = {
         setting("views", 0, "image", to="C:\\board.png"),
         r"views\[0\]\.image: .* is outside the set's folder",
     ),
-    "truth outside": (setting("truth", to="../truth"), "truth: found '../truth'"),
+    "truth outside": (setting("truth", to="../truth"), "truth: '../truth'"),
     "missing reference": (setting("reference", to="no.json"), "reference: no file"),
     "folders as Windows writes them": (
         setting("views", 0, "image", to="sub\\view0.png"),
@@ -208,7 +208,7 @@ FAULTS = {
     ),
     "bit twice": (
         active_grid(GRAY, {**GRAY, **NEXT}),
-        r"patterns\[1\]: the same pattern as",
+        r"patterns\[1\]: same pattern as",
     ),
     "bit of a phase": (
         active_grid({**PHASE, "periods": 8, "bit": 1}),
@@ -267,10 +267,10 @@ def test_binary_set_yaml_is_rejected(broken, fails):
 
 
 def test_folder_without_set_is_rejected(fails, tmp_path):
-    assert "not an image set .no set.yaml." in fails("check", tmp_path)
-    assert "found nothing; give the folder" in fails("check", tmp_path / "nowhere")
+    assert "not an image set (no set.yaml)" in fails("check", tmp_path)
+    assert "no such folder; give the folder" in fails("check", tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
-    assert "found a file; give the folder" in fails("check", tmp_path / "file")
+    assert "is a file; give the folder" in fails("check", tmp_path / "file")
 
 
 def by_detour(folder):
@@ -296,7 +296,7 @@ def by_hard_link(folder):
 def test_same_file_under_two_names_is_rejected(broken, calibration_fails, way):
     name = way(broken)
     edit(broken, setting("views", 4, to={"image": name, "use": "evaluate"}))
-    wanted = f"views[4].image: found '{name}', the same file as 'view1.png' of views[1]"
+    wanted = f"views[4].image: '{name}' is the same file as 'view1.png' of views[1]"
     assert f"{broken / 'set.yaml'}: {wanted}; list it once" in calibration_fails()
 
 

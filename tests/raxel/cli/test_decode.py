@@ -159,7 +159,7 @@ def test_decode_rejects_too_large_margin(tmp_path, capsys, folder, margin):
 
 def test_decode_summary_reports_response_per_axis():
     response = [
-        SimpleNamespace(ripple=SimpleNamespace(steps=steps), size=size, left=left)
+        SimpleNamespace(ripple=SimpleNamespace(steps=steps), size=size, remaining=left)
         for steps, size, left in ((0, 0.0, 0.1), (5, 0.7, 0.2))
     ]
     decoded = SimpleNamespace(

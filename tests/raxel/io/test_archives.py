@@ -81,7 +81,7 @@ def rejects(path, words):
         (with_header(described("(1,)", "|O"), bytes(8)), "type is object"),
         (npy(np.zeros((3, 3), complex)), "type is complex128"),
         (npy(np.zeros((3, 3), np.longdouble)), "type is float128"),
-        (npy(np.zeros(3, "f8, i4")), "found [("),
+        (npy(np.zeros(3, "f8, i4")), "type is [("),
         (npy(np.array("x" * 101)), "type is <U101"),
         (npy(np.array([["1", "0"]])), "found <U1; give numbers"),
         (npy(np.full((3, 3), np.inf)), "not finite"),

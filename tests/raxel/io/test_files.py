@@ -59,7 +59,7 @@ def test_written_file_has_default_permissions(tmp_path):
 def test_missing_folder_is_reported(tmp_path):
     with pytest.raises(InputError, match=r"x\.json: no folder .*none; create it first"):
         write_json(tmp_path / "none" / "x.json", {})
-    with pytest.raises(InputError, match="this is a folder"):
+    with pytest.raises(InputError, match="is a folder"):
         write_whole(tmp_path, "")
 
 

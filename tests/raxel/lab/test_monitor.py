@@ -43,7 +43,7 @@ def leaf(value, unit):
 
 
 def small_rig(**target):
-    """Plain data of a webcam before a monitor with 8 x 8 cells and 7 x 7 corners."""
+    """Plain data of a webcam and a monitor with 8 x 8 cells and 7 x 7 corners."""
     position = {"translation": leaf([-60, -60, 210], "mm")}
     return {
         "raxel_rig": 1,

@@ -46,7 +46,7 @@ def test_every_camera_kind_renders():
 
 @pytest.mark.parametrize("name", EVERY)
 def test_rendered_corners_match_projections(name):
-    """Far within the 0.02 px asked for: the fit itself leaves a few thousandths."""
+    """Well within the required 0.02 px: the fit itself leaves a few thousandths."""
     camera, positions = EVERY[name]
     for middle in positions:
         board, T = board_before(camera, middle)

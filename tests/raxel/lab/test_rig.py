@@ -24,7 +24,7 @@ def leaf(value, unit):
 
 
 def small_rig():
-    """Plain data of a small rig: a fisheye before a board of 4 x 3 corners."""
+    """Plain data of a small rig: a fisheye and a board of 4 x 3 corners."""
     return {
         "raxel_rig": 1,
         "name": "small",

@@ -59,7 +59,7 @@ def with_corners(board, change):
         lambda lattice: lattice[::-1, ::-1],
         lambda lattice: lattice[:, ::-1],
     ],
-    ids=["as it is", "half a turn", "mirrored"],
+    ids=["as it is", "rotated by 180 degrees", "mirrored"],
 )
 def test_true_corners_have_zero_error_in_every_symmetry(board_set, order):
     boards = [with_corners(board, order) for board in true_boards(board_set)]

@@ -132,7 +132,7 @@ def test_monitor_chessboard_needs_surrounding_square(tmp_path, grid, origin, fou
     board = {"columns": 7, "rows": 5, "pitch_px": 50.0, "origin_px": list(origin)}
     grid["target"]["chessboard"] = board
     if found:
-        assert f"target.chessboard: its squares {found}" in message_of(tmp_path, grid)
+        assert f"target.chessboard: {found}" in message_of(tmp_path, grid)
     else:
         write_description(tmp_path, grid)
         assert load_set(tmp_path).target.chessboard.origin_px == origin

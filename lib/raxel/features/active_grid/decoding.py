@@ -312,7 +312,7 @@ def decode(
 
 def _with_rest(bias, responses):
     """Return the squared bias in periods plus the rest of the response's ripple."""
-    rest = [[response.rest or 0.0] for response in responses]
+    rest = [[response.remaining or 0.0] for response in responses]
     return bias + np.float32(rest)[..., None] ** 2
 
 

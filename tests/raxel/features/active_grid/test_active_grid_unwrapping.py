@@ -157,7 +157,7 @@ def test_misfit_has_expected_degrees_of_freedom(periods):
     )
     found = fitted_periods(phases, periods)
     assert found.misfit.mean() == pytest.approx(len(periods) - 1, rel=0.1)
-    np.testing.assert_allclose(found.place / periods[0], place, atol=0.03)
+    np.testing.assert_allclose(found.position / periods[0], place, atol=0.03)
 
 
 def test_window_phase_variance_is_49_times_smaller():
