@@ -94,7 +94,7 @@ REFERENCES = {
     ),
     "index": (
         lambda d: d["images"]["view0.png"].update(uncertain=[35]),
-        r"images\.view0\.png\.uncertain: not a list of indices; give indices of corners, 0 to 34",
+        r"images\.view0\.png\.uncertain: not a list of indices; .* 0 to 34",
     ),
     "no corners": (
         lambda d: d["images"].update({"view0.png": {}}),

@@ -127,7 +127,7 @@ def test_device_file_is_not_read(tmp_path, read):
     with path.open("wb") as stream:
         stream.truncate(1_500_000_000)
     tracemalloc.start()
-    with pytest.raises(InputError, match=r"large.json: file has 1500 MB"):
+    with pytest.raises(InputError, match=r"large.json: \w+ has 1500 MB"):
         read(path)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
