@@ -413,5 +413,7 @@ def _as_hit(seen, distance, u, v, cosine):
 def _positive(surface, name, value):
     value = float(value)
     if not (0 < value < np.inf):
-        raise InputError(f"{surface}: {name} is {value}; give a positive length")
+        raise InputError(
+            f"{surface}: {name}: {value} is invalid; give a positive length"
+        )
     return value

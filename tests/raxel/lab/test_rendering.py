@@ -156,7 +156,7 @@ def test_row_blocks_do_not_change_image(monkeypatch):
     scene = board_scene(board, T)
     whole = render(camera, HERE, scene)
     module = importlib.import_module("raxel.lab.rendering")
-    monkeypatch.setattr(module, "RAYS_AT_ONCE", 7 * W)
+    monkeypatch.setattr(module, "RAYS_PER_BLOCK", 7 * W)
     np.testing.assert_array_equal(render(camera, HERE, scene), whole)
     assert whole.shape == (H, W)
 

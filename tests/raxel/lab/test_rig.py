@@ -244,7 +244,7 @@ BAD = {
                 "falloff": {"radius": leaf([9, 5], "px"), "light": leaf([1, 0], "1")}
             }
         },
-        "optics.falloff: found 2 radii and 2 shares",
+        "optics.falloff: 2 radii and 2 shares",
     ),
     "no pattern": (
         {

@@ -47,7 +47,7 @@ ABSURD = {
     ),
     "steps of a falloff": (
         {"optics": {"falloff": {"radius": leaf([0, 1e-9], "px"), "light": SHARES}}},
-        "optics.falloff: found 2 radii",
+        "optics.falloff: 2 radii",
     ),
     "periods": (
         {"target": GRID | {"phase_periods": leaf([1e6, 0], "1")}},
@@ -80,7 +80,7 @@ ABSURD = {
                 "value": leaf([0, 0.5, 1], "1"),
             }
         },
-        "sensor.response: found 3 charges",
+        "sensor.response: 3 charges",
     ),
     "spots": (
         {"blemishes": SPOTS},
@@ -109,7 +109,7 @@ ABSURD = {
     "axis": ({"poses": AROUND}, r"poses.axis.value: found \[0, 0, 0\], which is no"),
     "degrees": (
         {"camera__max_angle": leaf([["x"], [2, 3]], "deg")},
-        "camera.max_angle.value: no number; give degrees",
+        "camera.max_angle.value: not a number; give degrees",
     ),
     "pixels": (
         {"camera__width": leaf([160], "px")},
@@ -126,7 +126,7 @@ ABSURD = {
     "nested": ({"camera": deep(120)}, "nested too deeply"),
     "mirrors": (
         {"camera": deep(9)},
-        "camera(.viewer){5}: a camera in 4 others; give one nested less deeply",
+        "camera(.viewer){5}: camera nested in 4 others; use fewer levels",
     ),
 }
 

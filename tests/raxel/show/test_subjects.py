@@ -81,7 +81,7 @@ def test_mirror_camera_scene_has_caustic():
     assert np.linalg.norm(starts - [0, 0, 130], axis=1) == pytest.approx(30)
     (caustic,) = of_kind(scene, Points, "caustic, sheet 1")
     assert (np.linalg.norm(caustic.points - [0, 0, 130], axis=1) < 30).all()
-    assert "not central" in scene.note
+    assert "non-central" in scene.note
     (nearest,) = of_kind(scene, Points, "nearest to all rays")
     rays = camera.rays(spread_pixels(camera, MEASURED))
     assert nearest.points[0] == pytest.approx(closest_point(rays))
