@@ -18,7 +18,7 @@ def test_single_calibration_view_is_rejected(broken, calibration_fails):
             view["use"] = "evaluate"
 
     edit(broken, change)
-    assert "set.yaml: views: found 1 to calibrate with" in calibration_fails()
+    assert "set.yaml: views: found 1 for calibration" in calibration_fails()
 
 
 @pytest.mark.parametrize("model", ["zhang", "generic"])

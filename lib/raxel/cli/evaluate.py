@@ -1,37 +1,37 @@
 """`raxel evaluate camera.npz SET --json F`"""
 
+from pathlib import Path
+
+import numpy as np
+
+from raxel.calibration.views.correspondence import TERMS, BoardShape
 from raxel.cameras.registry import load_camera
-from raxel.cli import described, scores
-from raxel.cli.board_shape import read_shape
+from raxel.cli import findings
 from raxel.cli.outputs import check_written
-from raxel.cli.seen import check_options, seen_in
-from raxel.cli.warnings import of_left_out, print_warnings
-from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
+from raxel.cli.views import check_options, seen_in
+from raxel.cli.warnings import of_left_out, print_warnings, warning_fields
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
+from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.evaluation.misfit import misfit
-from raxel.io.files import check_can_be_written, write_json
+from raxel.io.documents import shown, validate
+from raxel.io.files import check_can_be_written, read_json, write_json
 from raxel.sets import load_set
 from raxel.sets.model import words_of
 
-# (what a misfit says, what to do about it)
-DOES_NOT_FIT = (
-    "this camera does not fit",
-    "is it the camera of this set, at the same zoom and focus?",
-)
-BENT = (
-    "a {target} that bends does not fit as a flat one; --board takes its shape from "
-    "what raxel calibrate --json wrote"
-)
+SCHEMA = Path(__file__).with_name("board_shape.schema.json")
 UNMARKED = "all: no view is marked evaluate"
+# How far a board may extend beyond, or end within, the one whose shape is used: some of
+# its outermost corners may be visible in no image.
+MAX_EXTENSION, MIN_EXTENT = 0.01, 0.5
+MAX_SLOPE = 0.5  # of half a side, or in length: more is no board
+ADVICE = "give the file of a camera from the same board"
 
 
 def evaluate(options, say):
     """Score the camera on the set's views for evaluation, or all if none is marked."""
     if options.stage is not None:
-        raise InputError(
-            f"--stage: found with {options.set}, which is no mirror set; leave it out"
-        )
+        raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
@@ -48,33 +48,27 @@ def evaluate(options, say):
     if options.board:
         shape = read_shape(options.board, image_set.target.unit, seen.views)
     right = without_wrong_corners(camera, seen.views, shape)
-    evaluation = right.whole
-    missed, words = seen.left_out(), words_of(image_set.target)
-    wrong = wrong_fields(wrong_points({}, right), evaluation.n_scored)
     found = misfit(right.evaluation.images, right.views)
+    missed, words = seen.left_out(), words_of(image_set.target)
+    result = {"set": image_set.name, "camera": options.camera}
+    result["board"] = "as stated" if shape is None else options.board
+    result["views_scored"] = "marked evaluate" if marked else UNMARKED
+    result |= right.whole.fields() | seen.fields() | right.fields()
+    result |= {"left_out": missed, "misfit": found.fields()}
     warnings = of_left_out(missed) + seen.warnings
-    warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)
-    warnings += described.misfit_warnings(found, *DOES_NOT_FIT, words)
+    warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
+    warnings += findings.misfit_warnings(found, "camera-misfit", words)
     if found.large and shape is None:
-        warnings.append(BENT.format(target=words.target))
+        warnings.append(diagnosis("bent-board", words))
     if options.json:
-        result = {"set": image_set.name, "camera": options.camera}
-        result["board"] = "as stated" if shape is None else options.board
-        result["views_scored"] = "marked evaluate" if marked else UNMARKED
-        result |= scores.as_json(evaluation)
-        result |= seen.fields()
-        result |= {"left_out": missed, "misfit": described.misfit_fields(found)}
-        write_json(options.json, result | wrong | {"warnings": warnings})
-    if not marked:
-        print(
-            f"{image_set.name}: no view is marked evaluate: all {len(views)} are scored"
-        )
-    for line in seen.lines():
-        print(f"{image_set.name}: {line}")
+        write_json(options.json, result | warning_fields(warnings))
+    notice = f"no view is marked evaluate: all {len(views)} are scored"
+    lines = [*([] if marked else [notice]), *seen.lines()]
     if options.board:
-        taken = "as stated, as there" if shape is None else "with the shape of"
-        print(f"{image_set.name}: {words.target}s are taken {taken} {options.board}")
-    print(scores.line(image_set.name, evaluation, words.point))
+        used = "as specified, like in" if shape is None else "with the shape of"
+        lines.append(f"{words.target}s {used} {options.board}")
+    for text in (*lines, score_text(result, words)):
+        print(f"{image_set.name}: {text}")
     print_warnings(warnings)
 
 
@@ -87,3 +81,68 @@ def check_size(path, camera, image_set):
             f"{image_set.description} is {image_set.width} x {image_set.height}; "
             "give a camera and a set of the same size"
         )
+
+
+def read_shape(path, unit, views):
+    """The BoardShape with which a camera was fitted, None for a board as specified.
+
+    path: of what `raxel calibrate --json` wrote; unit: of the evaluated set; views:
+    BoardViews or DenseViews of it. Raises InputError for another file or board.
+    """
+    data = read_json(path)
+    if not isinstance(data, dict) or "board_shape" not in data:
+        raise InputError(
+            f"{path}: board_shape: missing; give the file of raxel calibrate --json"
+        )
+    if data["board_shape"] is None:
+        return None
+    validate({key: data.get(key) for key in ("unit", "board_shape")}, path, SCHEMA)
+    if data["unit"] != unit:
+        raise InputError(
+            f"{path}: unit: found {shown(data['unit'])}, and the set is in {unit}; "
+            + ADVICE
+        )
+    found = data["board_shape"]
+    shape = BoardShape(
+        np.array(found["middle"]),
+        np.array(found["size"]) / 2,
+        np.array([found[name]["value"] * found[name]["used"] for name in TERMS]),
+    )
+    _check_board(path, shape, found["corners"], views)
+    return shape if shape.values.any() else None
+
+
+def _check_board(path, shape, corners, views):
+    """Raise InputError for a shape of another board, or of an impossible one."""
+    own = findings.corners_of(views)
+    if corners != own:
+        raise InputError(
+            f"{path}: board_shape.corners: found {_counted(corners)}, and the set has "
+            f"{_counted(own)}; {ADVICE}"
+        )
+    points = np.concatenate(
+        [view.points[np.isfinite(view.pixels[:, 0])] for view in views]
+    )
+    low, high = points.min(axis=0), points.max(axis=0)
+    ends = shape.middle - shape.half, shape.middle + shape.half
+    extension = np.maximum(ends[0] - low, high - ends[1]).max() / shape.half.max()
+    small = (high - low < 2 * MIN_EXTENT * shape.half).any()
+    if extension > MAX_EXTENSION or small:
+        span, area = (
+            " to ".join(f"({x:.4g}, {y:.4g})" for x, y in pair)
+            for pair in (ends, (low, high))
+        )
+        raise InputError(
+            f"{path}: board_shape: found one from {span}, and the set's corners are in "
+            f"{area}; {ADVICE}"
+        )
+    steepest = np.abs(shape.values / [*[shape.half.min()] * 3, 1.0]).max()
+    if steepest > MAX_SLOPE:
+        raise InputError(
+            f"{path}: board_shape: found bends or a stretch of {steepest:.2g} of the "
+            f"board (at most {MAX_SLOPE:g}); give the file as it was written"
+        )
+
+
+def _counted(corners):
+    return f"{corners[0]} x {corners[1]} corners" if corners else "a monitor"

@@ -9,30 +9,39 @@ from raxel.calibration.mirror.images import mirror_views
 from raxel.calibration.mirror.stages import calibrate_mirror
 from raxel.calibration.views.boards import board_views
 from raxel.cli.outputs import check_written
-from raxel.cli.scores import known
-from raxel.cli.warnings import print_warnings
+from raxel.cli.warnings import print_warnings, warning_fields
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.comparison import predicted_errors, viewers_aside
+from raxel.evaluation.diagnoses import Diagnosis, known, mirror_lines, stage_lines
 from raxel.features.boards import detect_boards
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
-# Options of `raxel calibrate` that a mirror set has no use for.
-NOT_OF_A_MIRROR = "corners", "points", "detector"
-NO_VIEWER = ", without the viewer's own error, which nobody states"
-SPREAD = 21  # places along either side of a mirror at which its rays are looked at
+# Options of `raxel calibrate` that do not apply to a mirror set.
+BOARD_OPTIONS = "corners", "points", "detector"
+N_SAMPLES = 21  # along each side of a mirror, at which the errors of rays are predicted
 
 
 def calibrate_mirror_set(options, say):
     """Fit a camera to each stage of a mirror set: all files are written, or none."""
     mirror_set = load_mirror_set(options.set)
-    _check_options(options, mirror_set)
+    if options.model != "auto":
+        raise InputError(
+            f"--model: found {options.model}, but {mirror_set.description} is a mirror "
+            "set (spline model); leave --model out"
+        )
+    check_no_options(options, mirror_set, BOARD_OPTIONS)
     outputs = stage_files(options.out, len(mirror_set.steps) + 1)
     written = [options.out, *outputs, options.json]
     for path in filter(None, written):
         check_can_be_written(path)
-    _check_apart(options, outputs)
+    taken = {Path(path).resolve() for path in (options.out, *outputs)}
+    if options.json and Path(options.json).resolve() in taken:
+        raise InputError(
+            f"{options.json}: --json names the file of another result; give another "
+            "name"
+        )
     check_mirror_written(written, mirror_set)
     if options.report:
         _check_report(options.report, mirror_set, written)
@@ -43,8 +52,8 @@ def calibrate_mirror_set(options, say):
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
     expected = _expected(mirror_set, views, found, say)
     result = _result(mirror_set, views, found, outputs, expected)
-    for line in _lines(mirror_set, result):
-        print(line)
+    for label, text in (*mirror_lines(result), *stage_lines(result)):
+        print(f"{mirror_set.name}: {label}: {text}")
     print_warnings(result["warnings"])
     report = new_report(options.report) if options.report else nullcontext()
     with report as folder, together() as place:
@@ -60,7 +69,7 @@ def calibrate_mirror_set(options, say):
 
 
 def stage_files(out, count):
-    """mirror-0.npz, mirror-1.npz, ... beside mirror.npz: the cameras of the stages."""
+    """mirror-0.npz, mirror-1.npz, ... next to mirror.npz: the cameras of the stages."""
     path = Path(out)
     return [str(path.with_name(f"{path.stem}-{k}{path.suffix}")) for k in range(count)]
 
@@ -81,26 +90,13 @@ def _check_report(folder, mirror_set, written):
         check_report(folder, one, others)
 
 
-def _check_apart(options, outputs):
-    taken = {Path(path).resolve() for path in (options.out, *outputs)}
-    if options.json and Path(options.json).resolve() in taken:
-        raise InputError(
-            f"{options.json}: --json names the file of another result; give another "
-            "name"
-        )
-
-
-def _check_options(options, mirror_set):
-    if options.model != "auto":
-        raise InputError(
-            f"--model: found {options.model} with {mirror_set.description}, whose "
-            "mirror is a spline; leave --model out"
-        )
-    for option in NOT_OF_A_MIRROR:
-        if getattr(options, option):
+def check_no_options(options, mirror_set, names):
+    """Raise InputError for options that do not apply to a mirror set."""
+    for option in names:
+        if getattr(options, option, None):
             raise InputError(
-                f"--{option}: found with {mirror_set.description}, a mirror set; "
-                "leave it out"
+                f"--{option}: not for a mirror set ({mirror_set.description}); leave "
+                "it out"
             )
 
 
@@ -129,12 +125,12 @@ def _result(mirror_set, views, found, outputs, expected):
             "freedom": int(found.bundle.freedom),
             "converged": bool(found.bundle.converged),
         },
-        "warnings": list(found.flags),
+        **warning_fields([Diagnosis.reported("mirror", text) for text in found.flags]),
     }
 
 
 def _primary(views, found):
-    """Of the first shape: how well rays meet, and the monitor's places."""
+    """The first shape: how well rays meet, and the poses of the monitor."""
     primary = found.primary
     motions = [
         {
@@ -156,7 +152,7 @@ def _primary(views, found):
 
 
 def _stage(mirror_set, found, stage, path):
-    """Of one stage: what its shape rests on, and how sure it is."""
+    """One stage: the data of its shape, and its residuals."""
     camera = found.cameras[stage]
     fields = {
         "camera": path,
@@ -194,58 +190,35 @@ def _spread(residuals):
 
 
 def _expected(mirror_set, views, found, say):
-    """([{median, largest}] over each stage's mirror: errors of rays to be expected,
-    degrees; whether the viewer's own error is in them)"""
+    """([{median, largest}] over each stage's mirror: predicted errors of rays, degrees;
+    whether the error of the camera that views the mirror is included)"""
     pixels = [_spread_over(camera) for camera in found.cameras]
-    aside, counted = _viewers_aside(mirror_set, views, say), False
+    perturbed, counted = _perturbed(mirror_set, views, say), False
     try:
-        errors, counted = predicted_errors(views, found, pixels, aside), bool(aside)
+        errors = predicted_errors(views, found, pixels, perturbed)
+        counted = bool(perturbed)
     except CalibrationError:
         errors = predicted_errors(views, found, pixels)
-    known = [each[np.isfinite(each)] for each in errors]
-    told = [
+    finite = [each[np.isfinite(each)] for each in errors]
+    predicted = [
         {"median": float(np.median(each)), "largest": float(np.max(each))}
-        for each in known
+        for each in finite
     ]
-    return told, counted
+    return predicted, counted
 
 
-def _viewers_aside(mirror_set, views, say):
-    """Viewers a standard deviation aside; none where photographs do not tell it."""
+def _perturbed(mirror_set, views, say):
+    """Cameras that view the mirror, each changed by a standard deviation; [] where no
+    images determine it."""
     if not isinstance(mirror_set.viewer, ImageSet):
         return []
-    say("how far the viewer may be off")
+    say("uncertainty of the camera that views the mirror")
     boards = board_views(mirror_set.viewer, detect_boards(mirror_set.viewer))
     return viewers_aside(views.viewer, boards)
 
 
 def _spread_over(camera):
-    """Pixels (SPREAD^2, 2) all over the mirror."""
-    u, v = (np.linspace(b[0], b[-1], SPREAD) for b in camera.grid.breaks)
+    """Pixels (N_SAMPLES^2, 2) all over the mirror."""
+    u, v = (np.linspace(b[0], b[-1], N_SAMPLES) for b in camera.grid.breaks)
     p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
-
-
-def _lines(mirror_set, result):
-    """What was found, for people."""
-    name, primary = mirror_set.name, result["primary"]
-    places = ", ".join(
-        f"{m['first']} and {m['second']} {m['distance_mm']:.2f} mm apart (SD "
-        f"{m['distance_sd_mm']:.2f})"
-        for m in primary["grids"]
-    )
-    yield (
-        f"{name}: first shape: rays meet within {primary['points_from_rays_mm']:.3f} "
-        f"mm (mean); {places}"
-    )
-    without = "" if result["viewer_error_counted"] else NO_VIEWER
-    for k, stage in enumerate(result["stages"]):
-        sure = stage["predicted_ray_error_deg"]
-        stated = stage.get("deflection_mm")
-        bent = "" if stated is None else f", bent by {stated:g} mm as stated"
-        residual = stage["residual_mm"]
-        yield (
-            f"{name}: stage {k}{bent}: residual {residual['mean']:.3f} mm (SD "
-            f"{residual['sd']:.3f}), rays predicted to {sure['median']:.3f} deg "
-            f"(median), {sure['largest']:.3f} at most{without}"
-        )

@@ -7,13 +7,13 @@ import numpy as np
 
 from raxel.calibration.views.boards import board_views
 from raxel.cameras.registry import load_camera
-from raxel.cli import scores
 from raxel.cli.evaluate import check_size
-from raxel.cli.mirror import NOT_OF_A_MIRROR, check_mirror_written
-from raxel.cli.warnings import of_left_out, print_warnings
+from raxel.cli.mirror import BOARD_OPTIONS, check_mirror_written, check_no_options
+from raxel.cli.warnings import of_left_out, print_warnings, warning_fields
 from raxel.errors import InputError
 from raxel.evaluation.comparison import back_projection
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.features.boards import detect_boards
 from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_mirror_set
@@ -26,33 +26,31 @@ def evaluate_mirror_set(options, say):
     if options.json:
         check_can_be_written(options.json)
     mirror_set = load_mirror_set(options.set)
-    for option in (*NOT_OF_A_MIRROR, "board"):
-        if getattr(options, option, None):
-            raise InputError(
-                f"--{option}: found with {mirror_set.description}, a mirror set; "
-                "leave it out"
-            )
+    check_no_options(options, mirror_set, (*BOARD_OPTIONS, "board"))
     check_mirror_written([options.json], mirror_set, [options.camera])
     camera = load_camera(options.camera)
     check_size(options.camera, camera, mirror_set.stages)
     stage, by = _stage(options, mirror_set)
     views, missed = _boards(mirror_set, stage, say)
     evaluation = evaluate_camera(camera, views)
-    cast = [back_projection(camera, view) for view in views]
+    projected = [back_projection(camera, view) for view in views]
     warnings = of_left_out(missed)
-    warnings += [f"{one.name}: {one.reason}" for one in cast if one.reason]
+    for one in projected:
+        if one.reason:
+            warnings.append(diagnosis("no-pose", file=one.name, reason=one.reason))
+    scores = _as_json(evaluation, projected)
     if options.json:
         result = {"set": mirror_set.name, "camera": options.camera, "stage": stage}
-        result |= _as_json(evaluation, cast)
-        result |= {"left_out": missed, "warnings": warnings}
+        result |= scores | {"left_out": missed} | warning_fields(warnings)
         write_json(options.json, result)
-    name = f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate"
-    print(scores.line(name, evaluation))
-    whole = np.concatenate([one.distances_mm for one in cast])
-    if len(whole):
+    label = f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate"
+    print(f"{label}: {score_text(scores)}")
+    whole = scores["back_projection_mm"]
+    if whole["corners"]:
         print(
-            f"{mirror_set.name}: back-projection at the boards' own poses: mean "
-            f"{np.mean(whole):.3f} mm, rms {_rms(whole):.3f} mm, {len(whole)} corners"
+            f"{mirror_set.name}: back-projection with the fitted poses: mean "
+            f"{whole['mean']:.3f} mm, RMS {whole['rms']:.3f} mm, {whole['corners']} "
+            "corners"
         )
     print_warnings(warnings)
 
@@ -68,14 +66,14 @@ def _stage(options, mirror_set):
         stage, by = int(named[1]), f"by the name of {Path(options.camera).name}"
     if stage > last:
         raise InputError(
-            f"{mirror_set.description}: stages.steps: found {last}, stage {stage} "
-            f"({by}) is not among them; give --stage 1 to {last}"
+            f"{mirror_set.description}: stages.steps: no stage {stage} ({by}); give "
+            f"--stage 1 to {last}"
         )
     if stage == 0 or not mirror_set.steps[stage - 1].evaluate:
         where = f"stages.steps[{stage - 1}].evaluate" if stage else "stages.steps"
         raise InputError(
-            f"{mirror_set.description}: {where}: found no photograph to score stage "
-            f"{stage} ({by}) with; name one, or give --stage for another"
+            f"{mirror_set.description}: {where}: no image to score stage {stage} "
+            f"({by}); add one, or give another --stage"
         )
     return stage, by
 
@@ -93,31 +91,24 @@ def _boards(mirror_set, stage, say):
     if len(missed) == len(boards):
         raise InputError(
             f"{mirror_set.stages.description}: {missed[0]['file']}: no board found: "
-            f"{missed[0]['reason']}; photograph the whole board in the mirror"
+            f"{missed[0]['reason']}; take images of the whole board in the mirror"
         )
     return board_views(mirror_set.stages, boards), missed
 
 
-def _as_json(evaluation, cast):
-    """The scores, with what is cast back at each board's own pose."""
-    result = scores.as_json(evaluation)
-    for image, one in zip(result["images"], cast, strict=True):
+def _as_json(evaluation, projected):
+    """The scores, with the back-projection at the fitted pose of each board."""
+    result = evaluation.fields()
+    for image, one in zip(result["images"], projected, strict=True):
         T = one.T_camera_grid
         image["T_camera_grid_by_rays"] = None if T is None else T.tolist()
         image["back_projection_mm"] = _fields(one.distances_mm)
-    whole = np.concatenate([one.distances_mm for one in cast])
+    whole = np.concatenate([one.distances_mm for one in projected])
     return result | {"back_projection_mm": _fields(whole)}
 
 
 def _fields(distances):
     if len(distances) == 0:
         return {"mean": None, "rms": None, "corners": 0}
-    return {
-        "mean": float(np.mean(distances)),
-        "rms": _rms(distances),
-        "corners": len(distances),
-    }
-
-
-def _rms(distances):
-    return float(np.sqrt(np.mean(distances**2)))
+    rms = float(np.sqrt(np.mean(distances**2)))
+    return {"mean": float(np.mean(distances)), "rms": rms, "corners": len(distances)}

@@ -1,4 +1,4 @@
-"""The models of `raxel calibrate --model`: how each is fitted, and what it tells.
+"""The models of `raxel calibrate --model`, and how each is fitted.
 
 A fit takes views, (width, height) and the unit of their points, and returns a Fitted.
 """
@@ -10,23 +10,21 @@ import numpy as np
 from raxel.calibration.generic.cgsp import calibrate_cgsp
 from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.parametric.lens_formula import (
-    UNDECIDED,
     BoardTest,
     calibrate_lens,
     calibrate_pinhole,
 )
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cameras.core.base import Camera
-from raxel.cli.described import WHAT_BENDS
-from raxel.cli.scores import known
 from raxel.evaluation.board_corners import without_wrong_corners
+from raxel.evaluation.diagnoses import known
 
 SEED = 0
 
 
 class Fitted(NamedTuple):
     """camera; details: a dict for the result, with `left_out`: [{file, reason}]; board:
-    BoardTest of what was found of the board's shape, None where nobody asked."""
+    BoardTest of the board's shape, None where it was not tested."""
 
     camera: Camera
     details: dict
@@ -34,8 +32,13 @@ class Fitted(NamedTuple):
 
     @property
     def shape(self):
-        """The BoardShape that the fit took, None for a board that is as stated."""
+        """The BoardShape that the fit took, None for a board as specified."""
         return self.board.taken if self.board and self.board.used else None
+
+    @property
+    def unused(self):
+        """Names of the views that did not go into the fit."""
+        return {entry["file"] for entry in self.details["left_out"]}
 
 
 def zhang(views, size, unit):
@@ -45,12 +48,12 @@ def zhang(views, size, unit):
 
 
 def kannala_brandt(views, size, unit):
-    """Kannala and Brandt's formula, decentred; its pupil moves if the views say so."""
+    """Kannala and Brandt's model, with a pupil shift if the data support one."""
     return _lens(views, size, "kannala-brandt")
 
 
 def unified(views, size, unit):
-    """The unified sphere, decentred; its pupil moves if the views say so."""
+    """The unified sphere model, with a pupil shift if the data support one."""
     return _lens(views, size, "unified")
 
 
@@ -64,14 +67,14 @@ def _lens(views, size, law):
         "left_out": [],
         **_terms(found),
         "wrong_points": wrong,
-        "pupil": _told(found.pupil),
+        "pupil": _pupil_fields(found.pupil),
     }
     return Fitted(found.camera, details, found.board)
 
 
 def _terms(found):
-    """Parameters with standard deviations, and how much larger these are than if all
-    corners erred for themselves."""
+    """Parameters with standard deviations, and how much larger these are than for
+    independent errors of all corners."""
     if found.covariance is None:
         return {}
     sd = np.sqrt(np.diag(found.covariance))
@@ -82,23 +85,23 @@ def _terms(found):
     }
 
 
-def _told(pupil):
-    told = {
+def _pupil_fields(pupil):
+    fields = {
         name: value if isinstance(value, str) else known(value)
         for name, value in pupil._asdict().items()
     }
-    return told | {"moves": pupil.moves, "against": pupil.against or None}
+    return fields | {"moves": pupil.moves, "against": pupil.against or None}
 
 
 def spline(views, size, unit):
-    """Smooth rays: a lens formula, and a field of splines on it; its pupil as there."""
+    """Smooth rays: a parametric model and a B-spline ray field on it."""
     rng = np.random.default_rng(SEED)
     found = calibrate_spline(views, *size, rng=rng, units=unit)
     details = {
         "used": [views[index].name for index in found.used],
         "left_out": _left_out(views, found),
         "trend": found.trend,
-        "pupil": found.pupil and _told(found.pupil),
+        "pupil": found.pupil and _pupil_fields(found.pupil),
         "share_of_pixels_under_boards": found.share_covered,
     }
     return Fitted(found.camera, details, found.board)
@@ -116,13 +119,13 @@ def generic(views, size, unit):
 
 def _table(calibrated, views, size, unit):
     found = calibrated(views, *size, rng=np.random.default_rng(SEED), units=unit)
-    ways = [found.interpolation[index] for index in found.used]
+    modes = [found.interpolation[index] for index in found.used]
     details = {
         "used": [views[index].name for index in found.used],
         "left_out": _left_out(views, found),
         "share_of_pixels_with_ray": found.share_with_ray,
         "adjusted_rms_deg": found.rms_deg,
-        "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
+        "interpolation": {m: modes.count(m) for m in ("homographic", "smooth")},
     }
     return Fitted(found.camera, details)
 
@@ -135,7 +138,7 @@ def _left_out(views, found):
 
 
 def _without_wrong(fit):
-    """A fit that takes all corners alike, done again without those that stand alone."""
+    """A fit that weights all corners equally, repeated without outliers."""
 
     def fitted(views, size, unit):
         found = fit(views, size, unit)
@@ -156,73 +159,9 @@ FITS = {
     "cgsp": _without_wrong(cgsp),
     "generic": _without_wrong(generic),
 }
-FEWEST_VIEWS = {
-    "zhang": 2,
-    "kannala-brandt": 2,
-    "unified": 2,
-    "spline": 2,
-    "cgsp": 3,
-    "generic": 3,
-    "auto": 3,
-}
 TABLES = ("cgsp", "generic")
-# (what a misfit says of a model, what to do about it)
-BENDS = "possible: " + WHAT_BENDS
-FORMULA = (
-    "this lens formula does not fit",
-    "try --model auto, or look at what bends: " + WHAT_BENDS,
-)
-DOES_NOT_FIT = {
-    "zhang": (
-        "a pinhole with two radial terms does not fit",
-        "try --model auto, or look at what bends: " + WHAT_BENDS,
-    ),
-    "kannala-brandt": FORMULA,
-    "unified": FORMULA,
-    "spline": ("no central camera fits", BENDS),
-    "cgsp": ("no central camera fits", BENDS),
-    "generic": ("no central camera fits", BENDS),
-    "auto": (
-        "no model that could be tried fits",
-        "more views that share areas of the image let CGSP and the generic method try; "
-        "else " + BENDS,
-    ),
-}
-
-
-def lines(details, unit):
-    """What people are told of a fit beside the camera's numbers."""
-    if "terms" in details:
-        fx, fy, cx, cy = (details["terms"][n]["sd"] for n in ("fx", "fy", "cx", "cy"))
-        yield (
-            f"standard deviations: focal lengths {fx:.2g} and {fy:.2g} px, principal "
-            f"point ({cx:.2g}, {cy:.2g}) px; all in all "
-            f"{details['sd_over_independent']:.2g} times what they were if each corner "
-            "erred for itself"
-        )
-    pupil = details.get("pupil")
-    if pupil and pupil["central_px"] is not None:
-        yield _pupil_line(pupil, unit)
-
-
-def _pupil_line(pupil, unit):
-    errors = (
-        f"without that, {pupil['central_px']:.3g} px RMS on boards kept out, with it "
-        f"{pupil['moving_px']:.3g} px"
-    )
-    by = f"{pupil['shift']:.3g} +- {pupil['shift_sd']:.2g} {unit}"
-    if pupil["moves"]:
-        return f"the entrance pupil moves by {by} over the field of view: {errors}"
-    if pupil["verdict"] == UNDECIDED:
-        why = f"which chance makes with p = {pupil['chance']:.2g}"
-        if pupil["against"]:
-            why = f"but {pupil['against']}, which fits better, says otherwise"
-        return (
-            f"whether the entrance pupil moves is undecided, and it is taken to stand "
-            f"still: if it does, by {by} over the field of view; {errors}, {why}"
-        )
-    return (
-        "the entrance pupil is taken to stand still: one that moves fits better "
-        f"(p = {pupil['p_value']:.2g}), but not boards kept out "
-        f"({pupil['moving_px']:.3g} px RMS, {pupil['central_px']:.3g} px without)"
-    )
+MIN_N_VIEWS = dict.fromkeys(FITS, 2) | dict.fromkeys((*TABLES, "auto"), 3)
+# Code of the warning where a model does not fit.
+MISFITS = dict.fromkeys(("zhang", "kannala-brandt", "unified"), "parametric-misfit")
+MISFITS |= dict.fromkeys(("spline", *TABLES), "central-misfit")
+MISFITS["auto"] = "all-models-misfit"

@@ -1,11 +1,13 @@
-"""What a reader of results must know: one line each, `warning: ...`, with the results.
+"""Warnings of a set: one line each, `warning: ...`, printed last.
 
-Commands collect their warnings, print them last, and write them into their JSON file.
+Commands collect their warnings, print them, and write them into their JSON file.
 """
 
 import math
 
-OBLONG = 0.05  # of a side: pixels of monitors are square to far less
+from raxel.evaluation.diagnoses import diagnosis
+
+NOT_SQUARE_TOL = 0.05  # of a side: pixels of monitors are square to far less
 
 
 def print_warnings(warnings):
@@ -14,34 +16,36 @@ def print_warnings(warnings):
         print(f"warning: {text}")
 
 
-def of_handedness(mirrored):
-    """A warning where some views are seen as in a mirror and others are not.
+def warning_fields(warnings):
+    """The warnings for JSON: texts, and for each its code, parts and values."""
+    diagnoses = [warning.fields() for warning in warnings]
+    return {"warnings": warnings, "diagnoses": diagnoses}
 
-    mirrored: [(name of the view, whether it is, None where that cannot be told)].
+
+def of_handedness(mirrored):
+    """A warning where some views are mirrored and others are not.
+
+    mirrored: [(name of the view, whether it is, None where that is unknown)].
     """
-    told = {is_so: name for name, is_so in mirrored}
-    if not {True, False} <= set(told):
+    by_handedness = {is_so: name for name, is_so in mirrored}
+    if not {True, False} <= set(by_handedness):
         return []
-    return [
-        f"{told[True]} shows the grid as in a mirror, and {told[False]} does not; one "
-        "of them has an axis reversed: check axis, and inverse of bit 0"
-    ]
+    names = {"mirrored": by_handedness[True], "upright": by_handedness[False]}
+    return [diagnosis("mixed-handedness", **names)]
 
 
 def of_left_out(left_out):
     """A warning for each image that went into no result: [{file, reason}]."""
-    return [f"{entry['file']}: left out: {entry['reason']}" for entry in left_out]
+    return [diagnosis("view-excluded", **entry) for entry in left_out]
 
 
 def of_pixels(monitor):
     """A warning where the pixels of an ActiveGrid's monitor would not be square."""
     pixel = _pixel(monitor)
-    if not pixel or abs(math.log(pixel[0] / pixel[1])) < OBLONG:
+    if not pixel or abs(math.log(pixel[0] / pixel[1])) < NOT_SQUARE_TOL:
         return []
-    return [
-        f"the monitor's pixels would be {pixel[0]:.3g} x {pixel[1]:.3g} mm, not "
-        "square: are monitor_px and monitor_mm right, width first?"
-    ]
+    sides = dict(zip(("width_mm", "height_mm"), pixel, strict=True))
+    return [diagnosis("monitor-pixels-not-square", **sides)]
 
 
 def of_swapped_sides(monitor):

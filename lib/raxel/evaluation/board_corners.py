@@ -22,6 +22,7 @@ A finder that errs alike on each board, at its rim say, does the same. So does a
 that the camera does not follow where all boards are seen alike.
 """
 
+from collections import Counter
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -80,6 +81,12 @@ class BoardCorners(NamedTuple):
     def rms(self):
         """RMS distance of all corners."""
         return float(np.sqrt(np.mean(np.sum(self.offsets**2, axis=1))))
+
+    def fields(self):
+        """The positions for JSON; corners are numbered row by row."""
+        keys = "as_stated", "p_value", "rays_px", "worst"
+        found = {key: getattr(self, key) for key in keys}
+        return found | {"offsets": self.offsets.tolist(), "sd": self.sd.tolist()}
 
 
 def board_corners(camera, scores, views, shape=None):
@@ -233,6 +240,21 @@ class WrongCorners(NamedTuple):
     views: list
     evaluation: Evaluation
     wrong: list
+
+    def fields(self, rejected=()):
+        """The wrong corners for JSON; rejected: {file, corner, distance_px} of those
+        that a fit gave no weight."""
+        wrong = {(name, n): px for name, n, px in self.wrong}
+        wrong |= {(e["file"], e["corner"]): e["distance_px"] for e in rejected}
+        count = self.whole.n_scored
+        return {
+            "wrong_points": [
+                {"file": name, "corner": n, "distance_px": px}
+                for (name, n), px in sorted(wrong.items())
+            ],
+            "share_of_wrong_points": len(wrong) / count if count else None,
+            "wrong_points_of": dict(Counter(name for name, _ in sorted(wrong))),
+        }
 
 
 def without_wrong_corners(camera, views, shape=None):

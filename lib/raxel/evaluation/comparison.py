@@ -1,9 +1,9 @@
-"""Camera models on the same views, scored on the same points, each kept out once.
+"""Cross-validation of camera models: the same views, the same points for all models.
 
-Points are the corners of boards, or what pixels have read of grids. A table has rays
-only where these were; a formula has them everywhere, also where it is wrong. So every
-point counts, and one that a model has no ray for counts as if it were far off.
-Beside that, all models are scored on the points that all of them can answer for.
+Points are the corners of boards, or decoded points of active grids. A table has rays
+only where these were; a parametric model has them everywhere, also where it is wrong.
+Therefore every point counts, and one without a ray counts as a large error. In
+addition, all models are scored on the points for which each of them has a ray.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from raxel.evaluation.cross_validation import (
     cross_validate,
     evaluate_camera,
 )
+from raxel.evaluation.diagnoses import Diagnosis, diagnosis, known
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
 
@@ -85,38 +86,53 @@ class ModelComparison(NamedTuple):
         errors = {m: self.errors_px[m] for m, e in self.own.items() if e.n_scored}
         if not errors:
             raise CalibrationError(
-                "cross-validation: no model answers for six points of a view that was"
-                " kept out; take more views that share areas of the image",
+                "cross-validation: no model has rays for six points of a held-out view;"
+                " take more views that share areas of the image",
                 code="no-overlap",
             )
         if len(errors) == 1:
             alone = len(self.own) == 1
-            what = "gave a camera" if alone else "answers for a view kept out"
+            what = "gave a camera" if alone else "answers for a held-out view"
             return next(iter(errors)), f"no other model {what}"
         least = min(errors, key=errors.get)  # type: ignore[arg-type]
         best = next(m for m in errors if errors[m] <= AS_GOOD * errors[least])
         counted = f"where one without a ray counts as {MISSED_PX:g} px"
         if best == least:
             return best, (
-                f"the smallest error on kept-out points, {errors[best]:.3g} px RMS, "
+                f"the smallest error on held-out points, {errors[best]:.3g} px RMS, "
                 + counted
             )
         return best, (
-            f"on kept-out points, {counted}, as good as {least}"
+            f"on held-out points, {counted}, as good as {least}"
             f" ({errors[best]:.3g} and {errors[least]:.3g} px RMS), and simpler"
         )
 
-    def doubts(self) -> list[str]:
-        """Return the consistency warnings of the comparison: one line each."""
-        doubts = []
-        for model, evaluation in self.own.items():
-            if evaluation.left_out:
-                reason = next(iter(evaluation.left_out.values()))
-                doubts.append(
-                    f"{model}: {len(evaluation.left_out)} of the cross-validation's"
-                    f" parts left out, where the other views gave no camera: {reason}"
-                )
-        return doubts
+    def diagnoses(self) -> list[Diagnosis]:
+        """Return a warning for each model that some parts gave no camera."""
+        return [
+            diagnosis(
+                "cross-validation-incomplete",
+                model=model,
+                count=len(evaluation.left_out),
+                reason=next(iter(evaluation.left_out.values())),
+            )
+            for model, evaluation in self.own.items()
+            if evaluation.left_out
+        ]
+
+    def fields(self) -> dict[str, Any]:
+        """Return the scores of all models for JSON."""
+        tried = {
+            model: {
+                "own": own.totals(),
+                "counted_rms_px": known(self.errors_px[model]),
+                "parts_left_out": list(own.left_out.values()),
+            }
+            for model, own in self.own.items()
+        }
+        for model, common in self.common.items():
+            tried[model]["common"] = common.totals()
+        return tried | {name: {"refused": why} for name, why in self.refused.items()}
 
 
 def compare_models(

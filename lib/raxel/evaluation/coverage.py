@@ -81,6 +81,11 @@ class BeyondBoards(NamedTuple):
         """Whether so much of the image is unknown that it is reported."""
         return self.unknown >= MIN_SHARE
 
+    def fields(self):
+        """The area for JSON."""
+        keys = "share_of_image", "share_unknown", "largest_sd_px", "sd_under_boards_px"
+        return dict(zip(keys, self, strict=True))
+
 
 def beyond_boards(fields, covariance, views, seen):
     """The BeyondBoards of CorrectionFields, by the covariance (K, K) of their shapes.

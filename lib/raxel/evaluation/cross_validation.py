@@ -31,6 +31,7 @@ from raxel.calibration.views.correspondence import (
 from raxel.calibration.views.dense import DenseView
 from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.diagnoses import known
 from raxel.evaluation.distortion import refine_pose_in_pixels
 from raxel.features.detector import Detection, Partial
 from raxel.features.lattice import symmetries
@@ -286,6 +287,18 @@ class ImageScore(NamedTuple):
     reason: str = ""
     fold: int | None = None
 
+    def fields(self) -> dict[str, Any]:
+        """Return the errors for JSON."""
+        return {
+            "file": self.name,
+            "n_corners": int(self.n_corners),
+            "n_without_ray": int(self.n_without_ray),
+            **_errors(self),
+            "T_camera_grid": _plain_pose(self.T_camera_grid),
+            "T_camera_grid_by_angle": _plain_pose(self.T_camera_grid_by_angle),
+            "reason": self.reason,
+        }
+
 
 class Evaluation(NamedTuple):
     """Hold the errors of a camera over several views.
@@ -315,6 +328,23 @@ class Evaluation(NamedTuple):
     def n_scored(self) -> int:
         """Return the number of scored corners over all views."""
         return sum(image.n_corners - image.n_without_ray for image in self.images)
+
+    def totals(self) -> dict[str, float | None]:
+        """Return the errors over all views, for JSON; None for unknown."""
+        return _errors(self) | {"share_with_ray": known(self.share_with_ray)}
+
+    def fields(self) -> dict[str, Any]:
+        """Return all errors for JSON: `images`, and the totals."""
+        return {"images": [image.fields() for image in self.images], **self.totals()}
+
+
+def _errors(scored):
+    keys = "rms_px", "median_px", "mean_deg"
+    return {key: known(getattr(scored, key)) for key in keys}
+
+
+def _plain_pose(T):
+    return None if T is None else T.tolist()
 
 
 def evaluate_camera(

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.evaluation.diagnoses import known
 from raxel.evaluation.distortion import pixels_by_point, within_groups
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, transform
@@ -52,6 +53,16 @@ class Misfit(NamedTuple):
     def beyond_px(self):
         """RMS of what neighbouring corners share."""
         return float(np.sqrt(max(self.rms_px**2 - self.scatter_px**2, 0.0)))
+
+    def fields(self):
+        """The comparison for JSON."""
+        return {
+            "fits": not self.large,
+            "rms_px": known(self.rms_px),
+            "scatter_px": known(self.scatter_px),
+            "stated_sd_px": known(self.sd_px),
+            "odd_board": self.odd_board or None,
+        }
 
 
 def misfit(scores, views):

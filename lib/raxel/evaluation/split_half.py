@@ -98,6 +98,11 @@ class Division(NamedTuple):
         """Ratio of the disagreement to the expected one."""
         return self.disagreement_px / self.allowed_px
 
+    def fields(self):
+        """The division for JSON."""
+        keys = "disagreement_px", "scatter_px", "allowed_px", "p_value"
+        return {"divided_by": self.name} | {key: getattr(self, key) for key in keys}
+
 
 class OutlierImage(NamedTuple):
     """An image that gives another camera than all others. name: its view's; times: how
@@ -141,6 +146,20 @@ class SplitHalf(NamedTuple):
         """Whether there is nothing to report."""
         fine = self.same_camera and self.steady and self.one_focal
         return fine and self.outlier is None
+
+    def fields(self):
+        """The test for JSON."""
+        worst = self.divisions[0]
+        return worst.fields() | {
+            "stable": self.stable,
+            "same_camera": self.same_camera,
+            "p_value": self.p_value,
+            "photographs_over_scatter": self.factor,
+            "focal_lengths": self.focal and self.focal._asdict(),
+            "odd_one": self.outlier and self.outlier._asdict(),
+            "halves": [list(names) for names in worst.halves],
+            "divisions": [each.fields() for each in self.divisions],
+        }
 
 
 def split_half(camera, scores, views, shape=None):

@@ -1,4 +1,4 @@
-"""The report of a bending mirror: shapes, support, residuals, what was flagged."""
+"""The report of a flexible mirror: shapes, support, residuals, flags."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import numpy as np
 from raxel.calibration.mirror.clamp import plane_through
 from raxel.calibration.mirror.observations import normalised, support_of
 from raxel.calibration.mirror.stages import MirrorCalibration
+from raxel.evaluation.diagnoses import mirror_lines, number
 from raxel.features.detector import as_8_bit
 from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
 from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_picture
-from raxel.report.page import PAGE, document, figure, numbers, pairs, told, warnings
+from raxel.report.page import PAGE, document, figure, numbers, pairs, table, warnings
 from raxel.sets import read_image
 from raxel.sets.mirror_set import MirrorSet
 
@@ -170,8 +171,8 @@ def _round(length):
 
 
 HEADS = (
-    "Stage", "Stated (mm)", "Moved at the end (mm)", "Residual (mm)", "Corners",
-    "Left out", "Rays, median (deg)", "Rays, worst (deg)",
+    "Stage", "Specified deflection (mm)", "Deflection at the end (mm)", "Residual (mm)",
+    "Corners", "Outliers", "Ray error, median (deg)", "Ray error, largest (deg)",
 )  # fmt: skip
 
 
@@ -219,11 +220,11 @@ def write_mirror_report(
     off = found.bundle.residuals
     scale = ArrowScale.of(np.concatenate(off), mirror_set.size[0])
     views, of_stage = [], {}  # type: ignore[var-annotated]
-    for number, (shown, residuals) in enumerate(zip(found.views, off, strict=True), 1):
+    for count, (shown, residuals) in enumerate(zip(found.views, off, strict=True), 1):
         name = shown.view.name
         image = as_8_bit(read_image(mirror_set.stages, photographs[name]))
         of_stage.setdefault(shown.stage, image)
-        views.append(ShownView(shown.stage, name, f"residuals-{number:03}.jpg"))
+        views.append(ShownView(shown.stage, name, f"residuals-{count:03}.jpg"))
         pixels = _counted(found.cameras[shown.stage], shown.view.pixels)
         drawn = residual_picture(image, pixels, residuals, scale)
         (folder / views[-1].residuals).write_bytes(encoded(drawn, ".jpg"))
@@ -251,14 +252,13 @@ def _page(mirror_set, result, views, moved):
     parts = [
         f"<h1>{title}</h1>",
         *warnings(result["warnings"]),
-        pairs(_numbers(result)),
+        pairs(mirror_lines(result)),
         "<h2>Shapes</h2>",
         figure(
             "profiles.png",
-            "The mirror's middle line at all stages, from the clamp's line to the end "
-            "of the knots, beyond which no corner was seen: heights over the plane of "
-            "the first shape, towards the camera. The table has how far the end of "
-            "each moved.",
+            "Centre line of the mirror at all stages, from the clamp line to the last "
+            "knot: height over the plane of the first shape, towards the camera. The "
+            "table lists the deflection of its end.",
         ),
         _table(result["stages"], moved),
     ]
@@ -267,55 +267,22 @@ def _page(mirror_set, result, views, moved):
     return document(title, parts)
 
 
-def _numbers(result):
-    """[(what, value in words)] of the camera, the first shape and the bundle."""
-    clamp, primary, bundle = result["clamp"], result["primary"], result["bundle"]
-    yield "Camera", result["viewer"]
-    yield (
-        "Clamp's line",
-        f"{len(clamp['points'])} points, {told(clamp['rms_px'], '.2f', ' px')} from a "
-        f"straight line, {clamp['hidden_mm']:g} mm of the mirror hidden before it",
-    )
-    yield (
-        "Rays of the first shape meet within",
-        told(primary["points_from_rays_mm"], ".3f", " mm"),
-    )
-    yield (
-        "Corners of the platter's board",
-        told(primary["platter_rms_px"], ".3f", " px"),
-    )
-    for motion in primary["grids"]:
-        yield (
-            f"Monitor, {motion['first']} to {motion['second']}",
-            f"{told(motion['distance_mm'], '.2f', ' mm')} (SD "
-            f"{told(motion['distance_sd_mm'], '.2f', '')}), turned by "
-            f"{told(motion['angle_deg'], '.3f', ' deg')}",
-        )
-    yield (
-        "All stages at once",
-        f"{bundle['freedom']} numbers beyond the unknowns, variance "
-        f"{told(bundle['corners_variance'], '.2f', '')}, "
-        f"{'settled' if bundle['converged'] else 'stopped before it settled'}",
-    )
-
-
 def _table(stages, moved):
-    head = "".join(f"<th>{name}</th>" for name in HEADS)
     rows = []
-    for stage, (about, way) in enumerate(zip(stages, moved, strict=True)):
-        sure = about["predicted_ray_error_deg"]
-        stated = about.get("deflection_mm")
+    for stage, (about, distance) in enumerate(zip(stages, moved, strict=True)):
+        error = about["predicted_ray_error_deg"]
+        deflection = about.get("deflection_mm")
         cells = (
-            "" if stated is None else f"{stated:g}",
-            told(way, ".2f", "") if stage else "",
-            told(about["residual_mm"]["mean"], ".3f", ""),
+            "" if deflection is None else f"{deflection:g}",
+            number(distance, ".2f") if stage else "",
+            number(about["residual_mm"]["mean"], ".3f"),
             about.get("corners", ""),
             about.get("wrong_corners", ""),
-            told(sure["median"], ".3f", ""),
-            told(sure["largest"], ".3f", ""),
+            number(error["median"], ".3f"),
+            number(error["largest"], ".3f"),
         )
-        rows.append(f"<tr><td>{stage}</td>{numbers(cells)}</tr>")
-    return f"<table>\n<tr>{head}</tr>\n" + "\n".join(rows) + "\n</table>"
+        rows.append(f"<td>{stage}</td>{numbers(cells)}")
+    return table(HEADS, rows)
 
 
 def _stage(stage, about, views):
@@ -327,25 +294,25 @@ def _stage(stage, about, views):
         across = ", ".join(map(str, support["along_v"]))
         parts.append(
             f"<p>From {escape(about['before'])} to {escape(about['after'])}. Corners "
-            f"for each knot interval: {counts} along the mirror, {across} across it."
+            f"per knot interval: {counts} along the mirror, {across} across it."
             "</p>"
         )
         parts += [f"<p>flagged: {escape(text)}</p>" for text in about["flags"]]
     else:
         parts.append(
-            "<p>The first shape rests on the monitor, not on the corners that are "
-            "counted in the picture.</p>"
+            "<p>The first shape is determined by the monitor, not by the corners that "
+            "the figure counts.</p>"
         )
     parts.append(
         figure(
             _shape_name(stage),
-            "Lines of equal height over the first shape's plane, and the knots. Where "
-            "a number is 0 no corner says what the shape is.",
+            "Contour lines of the height over the plane of the first shape, knots, and "
+            "corners per knot interval. No corner constrains the shape where it is 0.",
         )
     )
     for view in views:
         parts.append(
-            figure(view.residuals, f"Residuals of {view.name}, on one scale for all.")
+            figure(view.residuals, f"Residuals of {view.name}, same scale for all.")
         )
     return parts
 

@@ -1,9 +1,8 @@
-"""The page of a report: numbers and pictures, one file of HTML without scripts."""
+"""The page of a report: numbers and figures, one file of HTML without scripts."""
 
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import re
 import shutil
@@ -15,6 +14,15 @@ from typing import Any, NamedTuple
 
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import ImageScore
+from raxel.evaluation.diagnoses import (
+    TEXT,
+    camera_lines,
+    comparison_lines,
+    line,
+    number,
+    summary,
+)
+from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.split_half import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
 from raxel.io.files import check_can_be_written
 from raxel.sets.mirror_set import MirrorSet
@@ -135,24 +143,26 @@ th, td { border-bottom: 1px solid var(--line); padding: .25rem .8rem .25rem 0;
 th { overflow-wrap: break-word; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 .divisions td.number { white-space: nowrap; }
+th::first-letter { text-transform: uppercase; }
+.wide { overflow-x: auto; }
 img { max-width: 100%; height: auto; background: #fff; }
 figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 .warning { color: var(--warn); }
 """
-NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
-NAMES = {"rms": "RMS", "median": "Median", "mean": "Mean angle"}
-HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
-SHAPE = {
-    "bend_x": "ends of x behind its middle by",
-    "bend_y": "ends of y behind its middle by",
-    "twist": "twisted by",
-    "stretch": "x longer against y by",
-}
-# (what was found, what residuals are drawn)
-SHOWN = {
+FORMATS = {"rms_px": ".3f", "median_px": ".3f", "mean_deg": ".4f"}
+HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean angle (deg)")
+RULE = (
+    "{target}s differ from each other {found[photographs_over_scatter]:.2g} times as "
+    "much as {point} scatter explains. There is a warning above {erratic:g} times, if "
+    "halves differ by {erratic_px:g} px or more; and if halves differ by {least_px:g} "
+    "px or more, {times:g} times what differences between images allow (p &lt; "
+    "{p_threshold:g}, all divisions)."
+)
+# Captions of the two figures of an image.
+CAPTIONS = {
     "board": ("Corners, numbered row by row.", "Residuals"),
     "grid": (
-        "What was decoded: red grows along x of the grid, green along y.",
+        "Decoded positions: red increases along x of the grid, green along y.",
         "Residuals of every second row and column of points",
     ),
 }
@@ -204,27 +214,27 @@ def page(
     title = escape(f"{image_set.name}: calibration, {result['model']}")
     parts = [
         f"<h1>{title}</h1>",
-        f"<p>{escape(image_set.camera or 'The camera is not described.')}</p>",
+        f"<p>{escape(image_set.camera or 'No description of the camera.')}</p>",
         *warnings(result["warnings"]),
-        pairs(_numbers(image_set, result)),
+        pairs(_rows(image_set, result, words)),
         "<h2>Residuals in the image</h2>",
         figure(
             "residuals.png",
-            f"Found {words.point} less where the camera sees it, for all "
-            f"{words.target}s, each in its colour. Arrows of different {words.target}s "
-            "that agree at one place show what the camera cannot follow; arrows all "
-            "ways show noise.",
+            f"Residuals (detected minus projected {words.point}s) of all "
+            f"{words.target}s, one colour each. Where arrows of several "
+            f"{words.target}s agree, the model does not fit. Arrows in all directions "
+            "are noise.",
         ),
-        "<h2>Stability</h2>",
+        "<h2>Split-half test</h2>",
         *_stability(result["stability"], words),
         "<h2>Coverage</h2>",
         figure(
             "coverage.png",
-            f"How many {words.target}s cover each part of the image. Where none is, a "
-            "formula is a guess and a table has no ray.",
+            f"Number of {words.target}s that cover each part of the image. Without a "
+            f"{words.target}, a parametric model extrapolates and a table has no rays.",
         ),
-        "<h2>Photographs</h2>",
-        _table(photographs, words),
+        "<h2>Images</h2>",
+        table(("Image", f"{words.point}s", *HEADS), map(_row, photographs)),
         *(_photograph(p, words) for p in photographs if p.score is not None),
     ]
     return document(title, parts)
@@ -241,92 +251,28 @@ def document(title, parts):
     )
 
 
-def _numbers(image_set, result):
-    """[(what, value in words)] of the camera and its fit."""
-    camera, misfit = result["camera"], result["misfit"]
-    yield "Image", f"{image_set.width} x {image_set.height} px"
+def _rows(image_set, result, words):
+    """Yield (label, text) of the camera and its tests."""
+    yield "image", f"{image_set.width} x {image_set.height} px"
     if "size" in result:
-        yield "Board, by vote", _vote(result["size"])
-    if "focal_px" in camera:
-        f, p = camera["focal_px"], camera["principal_point_px"]
-        yield "Focal lengths", f"{f[0]:.2f} and {f[1]:.2f} px"
-        yield "Principal point", f"({p[0]:.2f}, {p[1]:.2f}) px"
-        yield "Radial terms", ", ".join(f"{k:.5g}" for k in camera["radial"])
-    if "share_of_image_with_ray" in camera:
-        yield (
-            "Rays for",
-            f"{100 * camera['share_of_image_with_ray']:.1f} % of the image",
-        )
-        yield "Lengths in", camera["units"]
-    angles = camera["field_of_view_deg"]
-    for name, what in (
-        ("horizontal", "Field of view, middle row"),
-        ("vertical", "Field of view, middle column"),
-        ("from_axis", "Largest angle from the axis"),
-    ):
-        yield what, told(angles[name], ".2f", " deg")
-    share = camera["share_of_image_under_boards"]
-    target, point = words_of(image_set.target)[:2]
-    yield f"{target.capitalize()}s cover", f"{100 * share:.1f} % of the image"
-    for key, form in NUMBERS:
-        name, unit = key.split("_")
-        yield (f"{NAMES[name]}, fitted {target}s", told(result[key], form, f" {unit}"))
-    yield f"Single {point}s scatter by", told(misfit["scatter_px"], ".3f", " px")
-    yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
-    yield from _shape(result["board_shape"], target, result["unit"])
-    if (corners := result["board_corners"]) is not None:
-        name = f"{target.capitalize()}: {point}s"
-        yield name, _beside(corners, result["unit"])
-    if of := result["wrong_points_of"]:
-        counts = ", ".join(f"{name}: {n}" for name, n in of.items())
-        yield f"{point.capitalize()}s without weight", counts
+        yield "board size, by vote", _vote(result["size"])
     if "chosen_because" in result:
-        yield "Chosen", result["chosen_because"]
-    for model, found in result.get("cross_validation", {}).items():
-        what = f"{model}, kept-out {target}s"
-        if "refused" in found:
-            yield what, found["refused"]
-            continue
-        own = found["own"]
-        yield (
-            what,
-            f"{told(own['rms_px'], '.3f', ' px')} RMS, "
-            f"{told(own['mean_deg'], '.4f', ' deg')} mean",
-        )
-
-
-def _shape(found, target, unit):
-    """[(what, value in words)] of the board's shape."""
-    if found is None:
-        yield f"Shape of the {target}", "taken as stated, not asked for"
-        return
-    for name, what in SHAPE.items():
-        value, sd, used = (found[name][key] for key in ("value", "sd", "used"))
-        # A stretch is a ratio.
-        times, of = (100, "%") if name == "stretch" else (1, unit)
-        yield (
-            f"{target.capitalize()}: {what}",
-            f"{times * value:.3g} +- {times * sd:.2g} {of}, "
-            f"{'used' if used else 'not used'}",
-        )
-
-
-def _beside(corners, unit):
-    """Whether corners lie where they are taken to be, in words."""
-    if corners["as_stated"]:
-        return f"where they are taken to be (p = {corners['p_value']:.2g})"
-    number = corners["worst"]
-    off, p_value = math.hypot(*corners["offsets"][number]), corners["p_value"]
-    return f"number {number}, from 0, is {off:.2g} {unit} off (p = {p_value:.2g})"
+        yield line("chosen", words, result)
+    yield from camera_lines(result, words)
+    yield from summary(result, words, MIN_N_BOARDS)
+    if counts := result["wrong_points_of"]:
+        names = ", ".join(f"{name}: {n}" for name, n in counts.items())
+        yield f"excluded {words.point}s", names
+    yield from comparison_lines(result.get("cross_validation", {}), words)
 
 
 def _vote(size):
-    """How photographs voted for the size of a board, in words."""
-    told = [
+    """The vote of the images for the size of a board, as text."""
+    votes = [
         f"{vote['columns']} x {vote['rows']} corners in {len(vote['files'])}"
         for vote in size["votes"]
     ]
-    return f"{', '.join(told)} of {size['photographs']} photographs"
+    return f"{', '.join(votes)} of {size['photographs']} images"
 
 
 def warnings(texts):
@@ -335,35 +281,25 @@ def warnings(texts):
 
 
 def pairs(named):
-    """A table of (what, value in words)."""
+    """A table of (label, text)."""
     rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in named)
     return "<table>\n" + "\n".join(rows) + "\n</table>"
 
 
 def _stability(found, words):
-    """What halves of the photographs tell of each other: picture, rule, table."""
+    """The split-half test: figure, rule, table."""
     if found is None:
         return [
-            f"<p>Not tested: too few {words.target}s, or no part of the image that "
-            "halves of them share.</p>"
+            f"<p>Not tested: too few {words.target}s, or no image area that halves of "
+            "them share.</p>"
         ]
+    _, worst = line("halves", words, found, {"count": len(found["divisions"])})
+    limits = {"erratic": ERRATIC, "erratic_px": ERRATIC_PX, "times": TIMES}
+    limits |= {"least_px": LEAST_PX, "p_threshold": SURE, "found": found}
+    rule = TEXT.format(RULE, **words._asdict() | limits)
     return [
-        figure(
-            "stability.png",
-            "Where the second half sees the rays of the first, divided by "
-            f"'{found['divided_by']}', the worst division: "
-            f"{found['disagreement_px']:.2g} px apart (RMS, after the best rotation), "
-            f"of which the {words.point}s' scatter explains "
-            f"{found['scatter_px']:.2g} px, and {found['allowed_px']:.2g} px with what "
-            "photographs of one half differ by.",
-        ),
-        f"<p>{words.target.capitalize()}s differ from each other "
-        f"{found['photographs_over_scatter']:.2g} times as much as their "
-        f"{words.point}s' scatter explains. There is a warning where that is more than "
-        f"{ERRATIC:g} and leads to halves {ERRATIC_PX:g} px apart or more; and where "
-        f"halves are {TIMES:g} times as far apart as such {words.target}s explain and "
-        f"{LEAST_PX:g} px or more, and chance does so in fewer than one of "
-        f"{1 / SURE:,.0f} sets.</p>",
+        figure("stability.png", f"Ray differences of two halves; {worst}."),
+        f"<p>{rule[0].upper()}{rule[1:]}</p>",
         _divisions(found["divisions"]),
         *(
             f"<p>{name} half of the worst division: {escape(', '.join(half))}.</p>"
@@ -373,69 +309,55 @@ def _stability(found, words):
 
 
 def _divisions(divisions):
-    keys = (
-        ("disagreement_px", ".2f"),
-        ("scatter_px", ".2f"),
-        ("allowed_px", ".2f"),
-        ("p_value", ".2g"),
-    )
-    heads = "Divided by", "Apart (px)", "By scatter (px)", "Explained (px)", "p"
-    rows = [
-        f"<tr><td>{escape(each['divided_by'])}</td>"
-        f"{numbers([told(each[key], form, '') for key, form in keys])}</tr>"
-        for each in divisions
-    ]
-    head = "".join(f"<th>{name}</th>" for name in heads)
-    return "\n".join(
-        ['<table class="divisions">', f"<tr>{head}</tr>", *rows, "</table>"]
-    )
-
-
-def _table(photographs, words):
-    names = "Photograph", f"{words.point.capitalize()}s", *HEADS
-    head = "".join(f"<th>{name}</th>" for name in names)
-    rows = "\n".join(_row(p) for p in photographs)
-    return f"<table>\n<tr>{head}</tr>\n{rows}\n</table>"
+    heads = "Divided by", "Difference (px)", "From scatter (px)", "Allowed (px)", "p"
+    keys = "disagreement_px", "scatter_px", "allowed_px"
+    rows = []
+    for each in divisions:
+        cells = [number(each[key], ".2f") for key in keys]
+        cells.append(number(each["p_value"], ".2g"))
+        rows.append(f"<td>{escape(each['divided_by'])}</td>{numbers(cells)}")
+    return table(heads, rows, "divisions")
 
 
 def _row(photograph):
     name, score = escape(photograph.name), photograph.score
     if score is None:
-        why = escape(photograph.reason or "not found")
-        return f'<tr><td>{name}</td><td colspan="5">{why}</td></tr>'
+        reason = escape(photograph.reason or "not found")
+        return f'<td>{name}</td><td colspan="5">{reason}</td>'
     cells = [score.n_corners, score.n_without_ray]
-    cells += [told(getattr(score, key), form, "") for key, form in NUMBERS]
-    return f"<tr><td>{name}</td>{numbers(cells)}</tr>"
+    cells += [number(getattr(score, key), form) for key, form in FORMATS.items()]
+    return f"<td>{name}</td>{numbers(cells)}"
 
 
 def _photograph(photograph, words):
     name = escape(photograph.name)
     note = f" {photograph.reason}." if photograph.reason else ""
-    found, residuals = SHOWN[words.target]
-    scale = f"on one scale for all {words.target}s"
+    positions, residuals = CAPTIONS[words.target]
+    scale = f"same scale for all {words.target}s"
     return "\n".join(
         [
             f"<h3>{name}</h3>",
-            figure(photograph.seen, f"{found}{note}"),
+            figure(photograph.seen, f"{positions}{note}"),
             figure(photograph.residuals, f"{residuals}, {scale}."),
         ]
     )
 
 
+def table(heads, rows, kind="scores"):
+    """A table that scrolls on narrow screens; rows: HTML of the cells of each."""
+    head = "".join(f"<th>{name}</th>" for name in heads)
+    lines = "\n".join(f"<tr>{row}</tr>" for row in (head, *rows))
+    return f'<div class="wide"><table class="{kind}">\n{lines}\n</table></div>'
+
+
 def numbers(cells):
-    """Cells of a row with numbers in words."""
+    """Cells of a row with numbers as text."""
     return "".join(f'<td class="number">{cell}</td>' for cell in cells)
 
 
 def figure(name, caption):
-    """A picture beside the page, with its caption."""
+    """A figure with its caption."""
     return (
         f'<figure><img src="{name}" alt="{escape(caption)}" loading="lazy">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
-
-
-def told(number, form, unit):
-    """A number in words, such as told(0.12, ".3f", " px")."""
-    known = number is not None and math.isfinite(number)
-    return f"{number:{form}}{unit}" if known else "unknown"

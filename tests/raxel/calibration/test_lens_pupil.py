@@ -19,7 +19,8 @@ from raxel.calibration.parametric.lens_formula import (
     _rms,
     agreed,
 )
-from raxel.cli.models import lines
+from raxel.evaluation.diagnoses import pupil_line
+from raxel.sets.model import BOARDS
 from tests.lens_scenes import SIZE, DrawnLens, boards
 
 
@@ -93,16 +94,17 @@ def test_better_law_must_agree_on_pupil(own, other, verdict):
     assert found.against == ("kannala-brandt" if against else "")
 
 
-def test_undecided_pupil_is_printed():
+def test_undecided_pupil_shift_is_printed():
     pupil = reported(UNDECIDED, 0.3, 0.29)._asdict() | {"moves": False, "against": None}
-    (line,) = lines({"pupil": pupil}, "mm")
-    assert line == (
-        "whether the entrance pupil moves is undecided, and it is taken to stand "
-        "still: if it does, by 2 +- 0.1 mm over the field of view; without that, 0.3 "
-        "px RMS on boards kept out, with it 0.29 px, which chance makes with p = 0.01"
+    assert pupil_line(pupil, "mm", BOARDS) == (
+        "entrance pupil",
+        "undecided, taken as fixed (possible shift 2 +- 0.1 mm over the field of "
+        "view); held-out boards: RMS 0.3 px without it, 0.29 px with it (p = 0.01)",
     )
-    (line,) = lines({"pupil": pupil | {"against": "unified"}}, "mm")
-    assert line.endswith("0.29 px, but unified, which fits better, says otherwise")
+    _, text = pupil_line(pupil | {"against": "unified"}, "mm", BOARDS)
+    assert text.endswith(
+        "0.29 px with it, but unified, which fits better, contradicts it"
+    )
 
 
 def test_pupil_false_positive_rate_follows_f_distribution():

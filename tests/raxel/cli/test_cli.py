@@ -180,10 +180,10 @@ def test_calibrate_auto_selects_model_by_held_out_error(
     validation = result["cross_validation"]
     assert set(validation) == set(FITS)
     for model in validation:
-        assert f"{model}, kept-out boards: mean angle" in printed
+        assert f"{model}, held-out boards: mean angle" in printed
     errors = {m: v["counted_rms_px"] for m, v in validation.items()}
     assert errors[result["model"]] <= 1.02 * min(errors.values())
-    assert "kept-out points" in result["chosen_because"]
+    assert "held-out points" in result["chosen_because"]
     assert f"drawn: {result['model']} chosen: {result['chosen_because']}" in printed
     # All are scored on corners that all have rays for.
     assert {v["common"]["share_with_ray"] for v in validation.values()} == {1.0}

@@ -1,4 +1,4 @@
-"""`raxel evaluate --board`: a shape that is not of the set's board is refused."""
+"""`raxel evaluate --board` rejects the shape of another board."""
 
 import json
 
@@ -9,7 +9,7 @@ from tests.made_sets import COLUMNS, PINHOLE, ROWS, boards_of, write_made_set
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "told"),
+    ("field", "value", "fault"),
     [
         ("size", [160, 0], "board_shape.size[1]: found 0; give a length larger than 0"),
         ("size", [80, 120], "board_shape: found one from (40, 0) to (120, 120), and"),
@@ -40,7 +40,7 @@ from tests.made_sets import COLUMNS, PINHOLE, ROWS, boards_of, write_made_set
         ("board_shape", "left out", "board_shape: missing"),
     ],
 )
-def test_a_shape_that_is_not_of_this_board(tmp_path, capsys, field, value, told):
+def test_shape_of_another_board_is_rejected(tmp_path, capsys, field, value, fault):
     folder, corners = write_made_set(tmp_path / "set", boards_of(PINHOLE))
     PINHOLE.save(tmp_path / "camera.npz")
     term = {"value": 0.1, "used": True}
@@ -55,5 +55,5 @@ def test_a_shape_that_is_not_of_this_board(tmp_path, capsys, field, value, told)
     command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
     assert main([*map(str, command), "--board", str(path)]) == 2
     printed = capsys.readouterr().err
-    assert printed.startswith(f"raxel: {path}: {told}"), printed
+    assert printed.startswith(f"raxel: {path}: {fault}"), printed
     assert printed.count("\n") == 1

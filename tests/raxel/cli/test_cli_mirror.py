@@ -30,7 +30,7 @@ PATTERNS = PatternPlan(gray_bits=(2, 2), phase_steps=4, phase_periods=(4.0, 4.0)
 
 @pytest.fixture(scope="module")
 def rig():
-    """Twelve pictures of the monitor for each view."""
+    """Twelve images of the monitor for each view."""
     rig = mirror_rig("A", small=True)
     return replace(rig, monitor=replace(rig.monitor, patterns=PATTERNS))
 
@@ -63,7 +63,7 @@ def stage_angles(folder, calibrated, stage):
     return ray_angles(found, true, PIXELS)
 
 
-def test_the_cameras_come_near_the_truth(rig, folder, calibrated):
+def test_mirror_cameras_are_accurate(rig, folder, calibrated):
     names = sorted(path.name for path in calibrated.iterdir())
     assert names == ["fit.json", "mirror-0.npz", "mirror-1.npz", "mirror.npz"]
     for stage in range(2):
@@ -83,7 +83,7 @@ def test_the_cameras_come_near_the_truth(rig, folder, calibrated):
     assert np.mean(ours[bent]) == pytest.approx(np.mean(theirs[bent]), rel=0.04)
 
 
-def test_the_result_says_how_far_it_can_be_trusted(calibrated):
+def test_mirror_result_has_uncertainties(calibrated):
     fit = read_json(calibrated / "fit.json")
     (motion,) = fit["primary"]["grids"]
     assert motion["distance_mm"] == pytest.approx(100, abs=4 * motion["distance_sd_mm"])
@@ -99,7 +99,7 @@ def test_the_result_says_how_far_it_can_be_trusted(calibrated):
     assert fit["viewer_error_counted"] is True
 
 
-def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
+def test_median_ray_error_is_as_predicted(folder, calibrated):
     stages = read_json(calibrated / "fit.json")["stages"]
     for stage, about in enumerate(stages):
         angles = stage_angles(folder, calibrated, stage)
@@ -108,7 +108,7 @@ def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
 
 
 def written_primary():
-    """What is written of a first shape whose rays meet within 1, 2 and 6 mm."""
+    """JSON of a first shape whose rays meet within 1, 2 and 6 mm."""
     motion = SimpleNamespace(
         distance=100.0, distance_sd=0.2, angle=np.pi / 6, angle_sd=np.pi / 360
     )
@@ -124,11 +124,11 @@ def written_primary():
     return _primary(views, found)
 
 
-def test_how_well_rays_meet_is_the_mean_over_the_points():
+def test_points_from_rays_is_the_mean_over_points():
     assert written_primary()["points_from_rays_mm"] == pytest.approx(3)
 
 
-def test_angles_of_the_monitors_places_are_written_in_degrees():
+def test_monitor_rotations_are_in_degrees():
     (written,) = written_primary()["grids"]
     assert written == {
         "first": "a",
@@ -140,7 +140,7 @@ def test_angles_of_the_monitors_places_are_written_in_degrees():
     }
 
 
-def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrated):
+def test_mirror_report_shows_shapes_residuals_and_warnings(folder, calibrated):
     report, fit = folder.parent / "report", read_json(calibrated / "fit.json")
     page = (report / "index.html").read_text("utf-8")
     names = {path.name for path in report.iterdir()} - {"index.html"}
@@ -153,7 +153,7 @@ def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrat
         assert escape(text) in page
     stage = fit["stages"][1]
     counts = ", ".join(map(str, stage["support"]["along_u"]))
-    assert f"Corners for each knot interval: {counts} along" in page
+    assert f"Corners per knot interval: {counts} along" in page
     assert f"{stage['residual_mm']['mean']:.3f}" in page
     # Corners end some 128 mm from the clamp, where a beam moves by 3.9 of the 5 mm.
     row = page.split("<td>1</td>")[1].split("</tr>")[0]
@@ -161,13 +161,10 @@ def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrat
     assert 3.7 < abs(moved) < 4.2
 
 
-def test_its_boards_are_scored_by_the_stage_that_the_camera_is_of(
-    folder, calibrated, capsys
-):
+def test_evaluate_scores_the_stage_of_the_camera(folder, calibrated, capsys):
     camera, scores = str(calibrated / "mirror-1.npz"), str(calibrated / "scores.json")
     assert main(["evaluate", camera, str(folder), "--json", scores]) == 0
-    told = capsys.readouterr().out
-    assert "stage 1 (by the name of mirror-1.npz)" in told
+    assert "stage 1 (by the name of mirror-1.npz)" in capsys.readouterr().out
     found = read_json(scores)
     (image,) = found["images"]
     assert image["file"] == "s1-else.png"
@@ -176,15 +173,15 @@ def test_its_boards_are_scored_by_the_stage_that_the_camera_is_of(
     assert image["back_projection_mm"]["corners"] >= 100
     assert found["rms_px"] < 1.0
     for arguments, fault in (
-        ([str(calibrated / "mirror-0.npz")], "no photograph to score stage 0"),
-        ([camera, "--stage", "2"], "stage 2 (by --stage) is not among them"),
-        ([camera, "--corners", "c.json"], "--corners: found with"),
+        ([str(calibrated / "mirror-0.npz")], "no image to score stage 0"),
+        ([camera, "--stage", "2"], "no stage 2 (by --stage)"),
+        ([camera, "--corners", "c.json"], "--corners: not for a mirror set"),
     ):
         assert main(["evaluate", arguments[0], str(folder), *arguments[1:]]) == 2
         assert fault in capsys.readouterr().err.splitlines()[-1]
 
 
-def test_a_spline_mirror_is_drawn_where_it_is(calibrated):
+def test_mirror_surface_is_drawn_at_its_position(calibrated):
     camera = load_camera(calibrated / "mirror-1.npz")
     (surface,) = mirrors(camera)
     points = np.asarray(surface.points).reshape(-1, 3)
@@ -193,13 +190,11 @@ def test_a_spline_mirror_is_drawn_where_it_is(calibrated):
     np.testing.assert_allclose(camera.mirror.points(p), points, atol=1e-6)
 
 
-def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
-    folder, tmp_path, capsys
-):
+def test_calibrate_rejects_wrong_options_of_mirror_sets(folder, tmp_path, capsys):
     out = str(tmp_path / "mirror.npz")
     own = str(folder / "mirror.yaml")
     for arguments, fault in (
-        (["--out", out, "--model", "zhang"], "--model: found zhang with"),
+        (["--out", out, "--model", "zhang"], "--model: found zhang, but"),
         (["--out", out, "--report", str(folder / "r")], "sets are only read"),
         (["--out", out, "--report", str(tmp_path)], "whose place the report takes"),
         (["--out", out, "--report", str(folder.parent / "results")], "other files"),
@@ -217,15 +212,17 @@ def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
 
 
 @pytest.mark.parametrize("option", ["corners", "points", "detector"])
-def test_options_of_boards_are_refused_with_a_mirror_set(tmp_path, capsys, option):
+def test_calibrate_rejects_board_options_of_mirror_sets(tmp_path, capsys, option):
     mirror_sets.write_mirror_set(tmp_path / "set")
     out, value = str(tmp_path / "mirror.npz"), {"detector": "celect"}.get(option, "a")
     order = ["calibrate", str(tmp_path / "set"), f"--{option}", value, "--out", out]
     assert main(order) == 2
-    assert f"--{option}: found with" in capsys.readouterr().err.splitlines()[-1]
+    assert (
+        f"--{option}: not for a mirror set" in capsys.readouterr().err.splitlines()[-1]
+    )
 
 
-def test_pictures_without_boards_are_refused_by_name(tmp_path):
+def test_mirror_images_without_boards_are_rejected_by_name(tmp_path):
     mirror_sets.write_mirror_set(tmp_path)
     grey = load_mirror_set(tmp_path)
     with pytest.raises(InputError, match=r"viewer.* 0 of 4 "):
@@ -234,7 +231,7 @@ def test_pictures_without_boards_are_refused_by_name(tmp_path):
         _steps(grey, None)
 
 
-def test_a_platter_that_shows_no_grid_is_refused_by_name(folder, tmp_path):
+def test_flat_mirror_without_grid_is_rejected_by_name(folder, tmp_path):
     changed = shutil.copytree(folder, tmp_path / "changed")
     dark = np.full((576, 768), 90, np.uint8)
     for path in (changed / "platter" / "far").glob("*.png"):

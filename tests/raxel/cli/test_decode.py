@@ -93,7 +93,7 @@ def test_decode_warns_of_inconsistent_handedness(tmp_path, capsys):
     out = str(tmp_path / "points")
     assert main(["decode", str(folder), "--out", out]) == 0
     result = capsys.readouterr().out
-    assert "warning: pose-2 shows the grid as in a mirror, and pose does not" in result
+    assert "warning: pose-2 shows the grid mirrored, pose does not: " in result
 
 
 def test_decode_on_full_disk_leaves_no_output(tmp_path, capsys, folder, monkeypatch):

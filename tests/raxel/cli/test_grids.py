@@ -136,14 +136,16 @@ def test_undecoded_views_are_excluded_and_reported(copied, tmp_path, capsys):
     result = calibrated(image_set, tmp_path, "--points", points, "--model", "zhang")
     assert [entry["file"] for entry in result["left_out"]] == ["pose-001"]
     printed = capsys.readouterr().out
-    assert f"warning: pose-001: left out: {points} has no file for it" in printed
+    assert f"warning: pose-001: excluded: {points} has no file for it" in printed
     with np.load(points / "pose-002.npz") as found:
         arrays = {**found, "mask": np.zeros((240, 320), bool)}
     np.savez(points / "pose-002.npz", **arrays)
     out = tmp_path / "other.npz"
     order = ["calibrate", image_set, "--points", points, "--out", out]
     message = error_line(capsys, *order)
-    assert "grid decoded in 1 of 3 views, --model auto needs 3 (pose-001: " in message
+    assert (
+        "grid decoded in 1 of 3 views, --model auto requires 3 (pose-001: " in message
+    )
     assert "check exposure and order of the pictures" in message
     assert not out.exists()
 
@@ -176,7 +178,7 @@ def test_check_warns_of_oblong_pixels(copied, capsys):
     file.write_text(yaml.safe_dump(data), "utf-8")
     assert main(["check", str(image_set)]) == 0
     message = (
-        "the monitor's pixels would be 0.223 x 0.396 mm, not square: are monitor_px"
+        "the monitor's pixels would be 0.223 x 0.396 mm, not square; check monitor_px"
     )
     assert f"228 x 304 mm; {message}" in capsys.readouterr().out
     out = image_set.parent / "doubted"
@@ -217,15 +219,13 @@ def test_options_for_other_target_are_rejected(rendered, tmp_path, capsys):
     order = "calibrate", rendered[0], "--out", tmp_path / "camera.npz"
     for option in (("--corners", "corners.json"), ("--detector", "opencv")):
         message = error_line(capsys, *order, *option)
-        assert message.endswith(
-            "whose target is an active grid; leave it out, or give --points"
-        )
+        assert f"{option[0]}: not for an active grid (" in message
+        assert message.endswith("; leave it out, or use --points")
     write_drawn_set(tmp_path / "boards")
     order = "calibrate", tmp_path / "boards", "--out", tmp_path / "camera.npz"
     message = error_line(capsys, *order, "--points", rendered[1])
-    assert message.endswith(
-        "whose target is a chessboard; leave it out, or give --corners"
-    )
+    assert "--points: not for a chessboard (" in message
+    assert message.endswith("; leave it out, or use --corners")
     message = error_line(capsys, "corners", rendered[0])
     assert "raxel decode finds the points of an active grid" in message
 

@@ -9,14 +9,10 @@ import pytest
 
 from raxel.cli import active_grids, image_sets, main, mirror
 from raxel.cli.commands import COUNT, FRACTION, LENGTH, SEED
-from raxel.cli.models import _pupil_line
-from raxel.cli.stability import stability_line
 from raxel.cli.warnings import of_pixels, of_swapped_sides
-from raxel.cli.wrong_points import wrong_fields, wrong_warnings
 from raxel.errors import InputError
-from raxel.evaluation.split_half import Division, SplitHalf
 from raxel.lab import mirror_set_rig
-from raxel.sets.model import BOARDS, GRIDS, ActiveGrid
+from raxel.sets.model import ActiveGrid
 
 
 @pytest.mark.parametrize(
@@ -159,42 +155,3 @@ def test_patterns_offset_shifts_phase_by_quarter_period(tmp_path):
     turn = 2 * np.pi * (np.arange(64) + 0.5) / 16
     np.testing.assert_allclose(rows["sine"], 127.5 * (1 + np.sin(turn)), atol=1.5)
     np.testing.assert_allclose(rows["cosine"], 127.5 * (1 + np.cos(turn)), atol=1.5)
-
-
-def test_stability_line_separates_scatter_from_images():
-    worst = Division("near and far", ((), ()), 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
-    found = SplitHalf([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
-    assert stability_line(found, BOARDS) == (
-        "stability: of 1 divisions into halves the worst is 'near and far': rays 0.9 "
-        "px apart (RMS, after the best rotation, where both saw boards), of which the "
-        "corners' scatter explains 0.2 px, and 0.5 px with what photographs of one "
-        "half differ by; p = 1e-06"
-    )
-
-
-def test_pupil_line_orders_both_errors():
-    pupil = {
-        "p_value": 1e-5, "central_px": 0.5, "moving_px": 0.25, "chance": 0.125,
-        "shift": 2.0, "shift_sd": 0.1, "verdict": "moves", "against": None,
-        "moves": True,
-    }  # fmt: skip
-    errors = "without that, 0.5 px RMS on boards kept out, with it 0.25 px"
-    by = "by 2 +- 0.1 mm over the field of view"
-    assert _pupil_line(pupil, "mm") == f"the entrance pupil moves {by}: {errors}"
-    uncertain = pupil | {"moves": False, "verdict": "undecided"}
-    result = _pupil_line(uncertain, "mm")
-    assert f"if it does, {by}; {errors}, which chance makes with p = 0.12" in result
-    rests = _pupil_line(uncertain | {"verdict": "rests"}, "mm")
-    assert "(p = 1e-05), but not boards kept out (0.25 px RMS, 0.5 px without)" in rests
-
-
-def test_worst_wrong_point_is_rounded_up():
-    wrong = [
-        {"file": name, "corner": n, "distance_px": px}
-        for name, n, px in (("a", 7, 2.5), ("b", 3, 9.04), ("b", 4, 1.5))
-    ]
-    (result,) = wrong_warnings(wrong_fields(wrong, 60), 0.125, GRIDS)
-    assert result.startswith(
-        "3 points (5.0 %) do not fit and have no weight: photographs b (2), a (1); the "
-        "worst, number 3 of b, is off by 9.1 px, the others by 0.12 px (RMS); "
-    )

@@ -46,7 +46,7 @@ def compared(errors):
 def test_the_smallest_error_is_taken_and_of_equals_the_simplest():
     model, why = compared({"simple": 0.3, "middle": 0.1, "rich": 0.2}).choice()
     assert model == "middle"
-    assert "smallest error on kept-out points, 0.1 px" in why
+    assert "smallest error on held-out points, 0.1 px" in why
     model, why = compared({"simple": 0.1019, "middle": 0.1, "rich": 0.2}).choice()
     assert model == "simple"
     assert "as good as middle (0.102 and 0.1 px RMS), and simpler" in why
@@ -122,30 +122,31 @@ def never(u, v):
     return np.zeros(u.shape, bool)
 
 
-def test_parts_that_gave_no_camera_are_told(views):
+def test_parts_without_camera_give_a_diagnosis(views):
     def fails_once(views):
         if views[0].name == "view1":
             raise CalibrationError("boards do not overlap")
         return GOOD
 
     comparison = compare_models({"lens": lens, "some": fails_once}, views, 3)
-    (doubt,) = comparison.doubts()
-    assert doubt.startswith("some: 1 of the cross-validation's parts left out")
-    assert doubt.endswith("boards do not overlap")
+    (warning,) = comparison.diagnoses()
+    assert warning == (
+        "some: 1 parts of the cross-validation gave no camera: boards do not overlap"
+    )
 
 
-def test_models_that_answer_for_nothing_are_refused(views):
+def test_models_without_rays_are_rejected(views):
     builders = {"none": answering(GOOD, never), "lens": lens}
     assert compare_models(builders, views, 3).choice() == (
         "lens",
-        "no other model answers for a view kept out",
+        "no other model answers for a held-out view",
     )
     alone = compare_models({"none": builders["none"]}, views, 3)
     with raises_code("no-overlap"):
         alone.choice()
 
 
-def test_a_near_copy_is_kept_out_with_the_view_that_it_is_like(views):
+def test_near_copies_are_held_out_together(views):
     built, moved = [], views[0]._replace(pixels=views[0].pixels + 0.1, name="moved")
 
     def remember(views):

@@ -101,20 +101,20 @@ def calibrated(tmp_path, capsys):
     return run
 
 
-def test_calibrate_counts_and_names_them(calibrated):
+def test_calibrate_counts_and_names_wrong_corners(calibrated):
     boards = boards_of(PINHOLE, count=8)
     for board, corner, aside in ((2, 9, 12.0), (2, 31, -20.0), (5, 40, 9.0)):
         boards[board][corner] += aside
     result, page, printed = calibrated(boards, "zhang")
-    told = (
-        f"3 corners ({300 / 8 / COLUMNS / ROWS:.1f} %) do not fit and have no weight: "
-        "photographs 2.png (2), 5.png (1); the worst, number 31 of 2.png, is off by "
+    begin = (
+        f"3 corners ({300 / 8 / COLUMNS / ROWS:.1f} %) excluded as outliers: 2.png "
+        "(2), 5.png (1); check the worst, number 31 of 2.png ("
     )
-    assert f"warning: {told}" in printed
+    assert f"warning: {begin}" in printed
     first, *others = result["warnings"]
-    assert first.startswith(told)
-    # These boards stand in the middle.
-    assert all("% of the image lie beyond" in other for other in others)
+    assert first.startswith(begin)
+    # These boards are in the middle of the image.
+    assert all("% of the image is outside" in other for other in others)
     assert result["wrong_points_of"] == {"2.png": 2, "5.png": 1}
     assert [entry["corner"] for entry in result["wrong_points"]] == [9, 31, 40]
     assert result["misfit"]["fits"]
@@ -123,17 +123,17 @@ def test_calibrate_counts_and_names_them(calibrated):
     assert "2.png: 2, 5.png: 1" in page
 
 
-def test_a_lens_of_another_law_is_still_blamed(calibrated):
+def test_wrong_corners_do_not_hide_a_misfit(calibrated):
     boards = boards_of(FISHEYE)
     boards[1][20] += 15.0
     result, _, printed = calibrated(boards, "zhang")
     assert not result["misfit"]["fits"]
-    assert "a pinhole with two radial terms does not fit these boards" in printed
+    assert "warning: zhang does not fit: RMS " in printed
     assert ("1.png", 20) in [(w["file"], w["corner"]) for w in result["wrong_points"]]
     assert len(result["wrong_points"]) < 5
 
 
-def test_errors_of_a_camera_are_told_with_the_corners_that_are_wrong(tmp_path, capsys):
+def test_evaluate_scores_include_wrong_corners(tmp_path, capsys):
     """As printed: a pose bends away from a corner that is 30 px off, and little."""
     boards = boards_of(PINHOLE, count=4)
     boards[1][20] += [18.0, 24.0]
@@ -145,11 +145,11 @@ def test_errors_of_a_camera_are_told_with_the_corners_that_are_wrong(tmp_path, c
     result, printed = json.loads(path.read_text()), capsys.readouterr().out
     due = 30 / np.sqrt(4 * COLUMNS * ROWS)
     assert result["rms_px"] == pytest.approx(due, rel=0.1)
-    assert f"rms {result['rms_px']:.3f} px" in printed
-    assert "the others by 0.0" in printed
+    assert f"RMS {result['rms_px']:.3f} px" in printed
+    assert " px, others 0.0" in printed
 
 
-def test_what_grows_towards_the_end_of_a_board_is_not_wrong():
+def test_errors_that_grow_towards_an_edge_are_not_wrong_corners():
     views = views_of(COUNT * [CAMERA], 7)
     view = next(v for v in views if np.isfinite(v.pixels).all())
     pixels = view.pixels.reshape(view.rows, view.columns, 2)

@@ -1,4 +1,4 @@
-"""The report of a mirror set: residuals and heights stand at their own places."""
+"""The report of a mirror set: positions of residuals and heights."""
 
 from types import SimpleNamespace
 
@@ -13,8 +13,8 @@ from tests.mirror_scenes import spline_camera
 from tests.raxel.calibration.test_bundle_stages import noisy, own_space, shaken
 
 
-def test_residuals_of_a_board_seen_in_part_stand_at_its_corners():
-    """Some corners are not found, others lie beyond the knots: neither has one."""
+def test_residuals_of_a_partial_board_are_at_its_corners():
+    """Missing corners, and those outside the knots, have none."""
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
     views = noisy(views, 2)
@@ -39,7 +39,7 @@ def stages():
     return SimpleNamespace(cameras=[first, nearer, spline_camera(deflection=10.0)])
 
 
-def test_heights_are_those_over_the_first_mirror_towards_the_viewer(stages):
+def test_heights_are_above_the_first_mirror_towards_the_camera(stages):
     first = stages.cameras[0]
     middle = np.array([[first.width / 2, first.height / 2]])
     pixels = middle + np.random.default_rng(0).uniform(-200, 200, (200, 2))
@@ -50,13 +50,13 @@ def test_heights_are_those_over_the_first_mirror_towards_the_viewer(stages):
     np.testing.assert_allclose(found, 0.01 * np.abs(S @ normal), rtol=1e-3)
 
 
-def test_the_picture_of_a_shape_shows_heights_where_they_are(stages):
+def test_shape_figure_has_heights_at_their_pixels(stages):
     canvas = Canvas(stages.cameras[0].width, stages.cameras[0].height)
     shown = _shown_heights(canvas, stages, 2)
     y, x = np.nonzero(np.isfinite(shown))
     some = np.random.default_rng(1).choice(len(x), 500)
     y, x = y[some], x[some]
-    # Half a pixel of the picture would be 0.008 mm.
+    # Half a pixel of the figure would be 0.008 mm.
     pixels = (np.column_stack([x, y]) + 0.5) / canvas.scale - 0.5
     off = heights(stages, 2, pixels) - shown[y, x]
     assert np.nanmax(np.abs(off)) < 5e-4

@@ -1,4 +1,4 @@
-"""The report of `raxel calibrate`: pictures that show what is there, a safe page."""
+"""The report of `raxel calibrate`: correct figures, a safe page."""
 
 from html.parser import HTMLParser
 
@@ -22,7 +22,7 @@ from raxel.report.images import (
     disagreement_picture,
     pooled_picture,
 )
-from raxel.report.page import _beside, check_report, new_report
+from raxel.report.page import check_report, new_report
 from raxel.sets import load_set
 from tests.made_sets import (
     BOARD,
@@ -64,7 +64,7 @@ def view_of(pixels, name="board"):
     return BoardView(pixels, BOARD.points(), COLUMNS, ROWS, name)
 
 
-def test_the_page_holds_every_name_as_text_and_every_picture(tmp_path):
+def test_page_has_every_name_as_text_and_every_figure(tmp_path):
     report = tmp_path / "report"
     assert main(order(tmp_path, [*boards_of(PINHOLE, count=3), None], report)) == 0
     seen = Seen()
@@ -73,14 +73,14 @@ def test_the_page_holds_every_name_as_text_and_every_picture(tmp_path):
     for name in NAMES:
         assert name in seen.texts
     assert "too dark" in seen.texts
-    assert any(text.startswith("warning: d.png: left out") for text in seen.texts)
+    assert any(text.startswith("warning: d.png: excluded") for text in seen.texts)
     pictures = {path.name for path in report.iterdir()} - {"index.html"}
     assert set(seen.sources) == pictures
     assert len(pictures) == 2 * 3 + 2
     assert all(cv2.imread(str(report / name)) is not None for name in pictures)
 
 
-def test_the_page_shows_what_halves_tell(tmp_path, monkeypatch):
+def test_page_shows_the_split_half_test(tmp_path, monkeypatch):
     drawn = []
 
     def picture(*given):
@@ -95,8 +95,8 @@ def test_the_page_shows_what_halves_tell(tmp_path, monkeypatch):
     result = tmp_path / "result.json"
     arguments += ["--json", str(result), "--report", str(report)]
     assert main(arguments) == 0
-    told = read_json(result)["stability"]
-    assert drawn == [told["divisions"][0]["divided_by"]]
+    divisions = read_json(result)["stability"]["divisions"]
+    assert drawn == [divisions[0]["divided_by"]]
     seen = Seen()
     seen.feed((report / "index.html").read_text("utf-8"))
     assert "stability.png" in seen.sources
@@ -107,7 +107,7 @@ def test_the_page_shows_what_halves_tell(tmp_path, monkeypatch):
     check_report(report, load_set(folder))  # the next one may take its place
 
 
-def test_disagreement_is_drawn_as_long_as_it_is():
+def test_disagreement_arrows_have_the_right_length():
     pixels = np.array([[100.0, 60.0], [200.0, 60.0], [100.0, 200.0]])
     field = np.array([[0.5, 0.0], [0.5, 0.0], [np.nan, np.nan]])
     division = Division("near and far", ((), ()), 0.5, 0.1, 0.1, 0.5, field)
@@ -125,7 +125,7 @@ def test_disagreement_is_drawn_as_long_as_it_is():
     assert not changed(scattered, blank, tip, scale)
 
 
-def test_a_report_takes_the_place_of_a_report_and_of_nothing_else(tmp_path, capsys):
+def test_report_replaces_only_a_report(tmp_path, capsys):
     report = tmp_path / "report"
     arguments = order(tmp_path, [*boards_of(PINHOLE, count=3), None], report)
     report.mkdir()
@@ -148,7 +148,7 @@ def test_a_report_takes_the_place_of_a_report_and_of_nothing_else(tmp_path, caps
     assert "sets are only read" in capsys.readouterr().err
 
 
-def test_a_report_that_fails_leaves_what_was_there(tmp_path):
+def test_failed_report_keeps_the_old_one(tmp_path):
     report = tmp_path / "report"
     report.mkdir()
     (report / "index.html").write_text("old")
@@ -171,7 +171,7 @@ def changed(picture, before, point, canvas_scale, reach=6):
     return np.count_nonzero(np.any(picture[part] != before[part], axis=-1))
 
 
-def test_corners_are_drawn_where_they_are_and_missing_ones_where_expected():
+def test_corners_are_drawn_and_missing_ones_predicted():
     (pixels,) = boards_of(PINHOLE, count=1)
     grey = np.full((HEIGHT, WIDTH), 90, np.uint8)
     nothing = view_of(np.full_like(pixels, np.nan))
@@ -190,7 +190,7 @@ def test_corners_are_drawn_where_they_are_and_missing_ones_where_expected():
     assert not changed(unknown, blank, pixels[31], scale)
 
 
-def test_an_arrow_goes_from_the_corner_along_its_residual():
+def test_arrows_start_at_the_corner_along_the_residual():
     at = np.array([[100.0, 120.0], [200.0, 60.0]])
     off = np.array([[0.5, 0.0], [0.0, 0.25]])
     scale = ArrowScale.of(off, WIDTH)
@@ -203,14 +203,14 @@ def test_an_arrow_goes_from_the_corner_along_its_residual():
         assert changed(picture, blank, along, canvas, reach=1)
         against = point - 0.5 * scale.magnified * residual
         assert not changed(picture, blank, against, canvas, reach=1)
-    # A residual far beyond the others is cut, and red.
+    # A residual much longer than the others is truncated, and red.
     vector, cut = scale.arrow(np.array([0.0, 50.0]))
     assert cut
     assert np.linalg.norm(vector) == pytest.approx(3 * 0.05 * WIDTH, rel=0.03)
 
 
 @pytest.mark.parametrize(("length", "colour"), [(1.9, RESIDUAL), (2.1, CUT)])
-def test_an_arrow_is_red_where_it_is_cut_alone(length, colour):
+def test_only_truncated_arrows_are_red(length, colour):
     canvas = Canvas(100, 60)
     residual = np.array([[length, 0.0]])
     _arrows(canvas, np.array([[20.0, 30.0]]), residual, ArrowScale(20, 2.0), RESIDUAL)
@@ -219,7 +219,7 @@ def test_an_arrow_is_red_where_it_is_cut_alone(length, colour):
 
 
 @pytest.mark.parametrize("width", [240, 1920])
-def test_the_key_of_the_arrows_is_as_long_as_the_arrow_it_stands_for(width):
+def test_legend_arrow_has_the_length_of_its_value(width):
     scale = ArrowScale.of(np.tile([0.5, 0.0], (20, 1)), width)
     canvas = Canvas(width, 30)
     (key, words), _ = scale.legend(canvas)
@@ -228,7 +228,7 @@ def test_the_key_of_the_arrows_is_as_long_as_the_arrow_it_stands_for(width):
     assert key == pytest.approx(ends[1, 0] - ends[0, 0])
 
 
-def test_coverage_counts_boards_and_marks_where_rays_end():
+def test_coverage_counts_boards_and_marks_the_end_of_rays():
     square = view_of(BOARD.points() + [20, 20])
     beside = view_of(BOARD.points() + [60, 20])
     mask = np.zeros((HEIGHT, WIDTH), bool)
@@ -246,23 +246,10 @@ def test_coverage_counts_boards_and_marks_where_rays_end():
 
 
 @pytest.mark.parametrize("size", [(300, 200), (3000, 2000)])
-def test_the_image_fills_the_picture_from_rim_to_rim(size):
-    """Rims lie half a pixel beyond the outermost centres, in both."""
+def test_image_fills_the_figure(size):
+    """Both end half a pixel outside the outermost pixel centres."""
     canvas = Canvas(*size)
     whole = np.array(canvas.picture.shape[1::-1])
     ends = canvas.place([[-0.5, -0.5], np.array(size) - 0.5])
     np.testing.assert_allclose(ends, [[-0.5, -0.5], whole - 0.5], atol=0.5)
     np.testing.assert_array_equal(ends[0], -0.5)
-
-
-@pytest.mark.parametrize(
-    ("as_stated", "told"),
-    [
-        (True, "where they are taken to be (p = 0.0002)"),
-        (False, "number 1, from 0, is 0.13 mm off (p = 0.0002)"),
-    ],
-)
-def test_where_corners_of_the_board_lie_has_a_unit(as_stated, told):
-    offsets = [[0.0, 0.0, 0.0], [0.03, 0.04, 0.12]]
-    found = {"as_stated": as_stated, "p_value": 2e-4, "worst": 1, "offsets": offsets}
-    assert _beside(found, "mm") == told

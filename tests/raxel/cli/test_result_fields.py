@@ -1,4 +1,4 @@
-"""Under each of its names a result holds what the name says."""
+"""Fields of results: each name has its own value."""
 
 from types import SimpleNamespace
 
@@ -7,15 +7,12 @@ import pytest
 
 from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import mirror_evaluate, scores
+from raxel.cli import mirror_evaluate
 from raxel.cli.active_grids import _summary
-from raxel.cli.board_corners import corner_warnings
-from raxel.cli.described import camera_fields, centre_fields
+from raxel.cli.findings import agreement_warnings, camera_fields, central_fields
 from raxel.cli.image_sets import _pattern_lines
-from raxel.cli.models import _terms
-from raxel.cli.stability import stability_fields
-from raxel.cli.wrong_points import wrong_fields, wrong_points
-from raxel.evaluation.board_corners import BoardCorners
+from raxel.cli.models import Fitted, _terms
+from raxel.evaluation.board_corners import BoardCorners, WrongCorners
 from raxel.evaluation.comparison import BackProjection
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
 from raxel.evaluation.split_half import Division, SplitHalf
@@ -32,8 +29,8 @@ def score():
     return ImageScore("one", 50, 7, 0.4, 0.3, 0.2, by_px, by_angle, residuals, "why")
 
 
-def test_scores_of_a_picture_stand_under_their_own_names(score):
-    result = scores.as_json(Evaluation([score], 0.5, 0.6, NAN, 0.86, {}))
+def test_evaluation_fields_have_their_own_values(score):
+    result = Evaluation([score], 0.5, 0.6, NAN, 0.86, {}).fields()
     (image,) = result.pop("images")
     assert result == {
         "rms_px": 0.5, "median_px": 0.6, "mean_deg": None, "share_with_ray": 0.86,
@@ -46,63 +43,65 @@ def test_scores_of_a_picture_stand_under_their_own_names(score):
     }  # fmt: skip
 
 
-def test_back_projections_stand_beside_the_pose_that_they_are_of(score):
+def test_back_projection_fields_have_pose_mean_and_rms(score):
     """Their errors have a mean: an RMS is no standard deviation about it."""
     errors = np.array([[3.0, 4.0], [NAN, NAN], [6.0, 8.0]])
-    cast = [BackProjection("one", 4.0 * np.eye(4), errors)]
+    projected = [BackProjection("one", 4.0 * np.eye(4), errors)]
     evaluation = Evaluation([score], 0.5, 0.6, 0.7, 0.86, {})
-    result = mirror_evaluate._as_json(evaluation, cast)
+    result = mirror_evaluate._as_json(evaluation, projected)
     (image,) = result["images"]
     np.testing.assert_array_equal(image["T_camera_grid_by_rays"], 4.0 * np.eye(4))
-    told = {"mean": 7.5, "rms": pytest.approx(62.5**0.5), "corners": 2}
-    assert image["back_projection_mm"] == result["back_projection_mm"] == told
+    errors = {"mean": 7.5, "rms": pytest.approx(62.5**0.5), "corners": 2}
+    assert image["back_projection_mm"] == result["back_projection_mm"] == errors
 
 
-def test_wrong_points_are_a_share_of_those_that_were_scored():
-    found = SimpleNamespace(wrong=[("b", 3, 1.5), ("a", 7, 2.5)])
-    details = {"wrong_points": [{"file": "b", "corner": 4, "distance_px": 9.0}]}
-    fields = wrong_fields(wrong_points(details, found), 60)
+def test_wrong_points_are_a_share_of_scored_points():
+    whole = SimpleNamespace(n_scored=60)
+    found = WrongCorners(whole, [], None, [("b", 3, 1.5), ("a", 7, 2.5)])
+    fields = found.fields([{"file": "b", "corner": 4, "distance_px": 9.0}])
     assert fields["share_of_wrong_points"] == pytest.approx(3 / 60)
     assert fields["wrong_points_of"] == {"a": 1, "b": 2}
-    told = [tuple(entry.values()) for entry in fields["wrong_points"]]
-    assert told == [("a", 7, 2.5), ("b", 3, 1.5), ("b", 4, 9.0)]
+    points = [tuple(entry.values()) for entry in fields["wrong_points"]]
+    assert points == [("a", 7, 2.5), ("b", 3, 1.5), ("b", 4, 9.0)]
 
 
-def test_the_worst_corner_of_a_board_is_told_by_its_column_and_row():
+def test_worst_corner_is_named_by_column_and_row():
     offsets = np.zeros((12, 3))
     offsets[6] = [0.0, 0.0, 0.5]  # of four columns: the third in the second row
     found = BoardCorners(offsets, np.full((12, 3), 0.02), 1e-9, 0.3, 4)
-    (told,) = corner_warnings(found, None, "mm", BOARDS)
-    assert "column 2 and row 1, counted from 0, is 0.5 +- 0.02 mm off" in told
+    fitted = Fitted(None, {})
+    (warning,) = agreement_warnings(found, None, fitted, "mm", BOARDS)
+    assert "column 2, row 1 by 0.5 +- 0.02 mm (rays: 0.3 px RMS, p = 1e-09)" in warning
+    assert found.fields()["offsets"][6] == [0.0, 0.0, 0.5]
 
 
-def test_what_halves_disagree_by_stands_beside_what_explains_it():
+def test_split_half_fields_have_difference_and_expectation():
     halves = [("a", "b"), ("c", "d")]
     worst = Division("near and far", halves, 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
     found = SplitHalf([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
-    result = stability_fields(found)
+    result = found.fields()
     (division,) = result["divisions"]
     assert division.pop("p_value") == 1e-7
-    told = {
+    numbers = {
         "divided_by": "near and far", "disagreement_px": 0.9, "scatter_px": 0.2,
         "allowed_px": 0.5,
     }  # fmt: skip
-    assert division == told
-    assert {name: result[name] for name in told} == told
+    assert division == numbers
+    assert {name: result[name] for name in numbers} == numbers
     assert result["p_value"] == 1e-6
     assert result["photographs_over_scatter"] == 2.5
     assert result["halves"] == [["a", "b"], ["c", "d"]]
 
 
-def test_bounds_of_a_distance_stand_on_their_sides_of_it():
+def test_central_fields_have_lower_and_upper_bounds():
     test = CentralTest(0.2, 0.5, 0.25, 0.75, 0.1, 1.5, 90, np.zeros(3))
-    assert centre_fields(test) == {
+    assert central_fields(test) == {
         "central": True, "p_value": 0.2, "distance": 0.5, "at_least": 0.25,
         "at_most": 0.75, "noise_over_stated": 1.5, "rays": 90,
     }  # fmt: skip
 
 
-def test_terms_have_standard_deviations_in_their_own_unit():
+def test_terms_have_standard_deviations():
     found = SimpleNamespace(
         covariance=np.diag([4.0, 0.25]),
         formula=SimpleNamespace(names=("fx", "k1")),
@@ -115,7 +114,7 @@ def test_terms_have_standard_deviations_in_their_own_unit():
     }
 
 
-def test_a_pixel_under_several_boards_is_covered_once():
+def test_coverage_counts_each_pixel_once():
     def covered(width, height):
         return np.tile(np.arange(width) < width // 4, (height, 1)).astype(np.uint8)
 
@@ -124,7 +123,7 @@ def test_a_pixel_under_several_boards_is_covered_once():
     assert fields["share_of_image_under_boards"] == 0.25
 
 
-def test_periods_are_told_in_pixels_of_their_own_axis():
+def test_check_prints_periods_in_pixels_of_their_axis():
     grid = ActiveGrid((1600, 900))
     views = [
         SimpleNamespace(
@@ -143,7 +142,7 @@ def test_periods_are_told_in_pixels_of_their_own_axis():
     assert "y phase 4 of 4 steps (10 periods of 90 px)" in line
 
 
-def test_spreads_of_decoded_points_are_listed_x_before_y():
+def test_median_sigma_lists_x_before_y():
     sigma = np.full((4, 5, 2), 0.1)
     sigma[..., 1], sigma[0, 0] = 0.3, NAN
     decoded = SimpleNamespace(

@@ -1,4 +1,4 @@
-"""What a report draws and tells has the place, colour and column of what it means."""
+"""Figures and tables of a report: positions, colours and columns."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,7 @@ from raxel.report import mirror as mirror_pictures
 from raxel.report.canvas import INK, MISSING, QUIET, STRIP, Canvas
 from raxel.report.images import COLOURS, corner_picture, grid_picture
 from raxel.report.mirror import profile_picture
-from raxel.report.page import Photograph, _divisions, _numbers, _row, _shape, _vote
+from raxel.report.page import Photograph, _divisions, _row, _vote
 from raxel.report.write import _arrows as arrows_of
 from raxel.report.write import _predicted
 from tests.made_sets import BOARD, PINHOLE, K
@@ -21,7 +21,7 @@ NAN = float("nan")
 
 
 @pytest.mark.parametrize(("paleness", "grey"), [(0.0, 100), (0.2, 131), (1.0, 255)])
-def test_a_pale_photograph_is_nearer_to_paper(paleness, grey):
+def test_pale_images_are_nearer_to_white(paleness, grey):
     canvas = Canvas(20, 10, np.full((10, 20), 100, np.uint8), paleness)
     assert (canvas.picture == grey).all()
 
@@ -30,7 +30,7 @@ def cells(row):
     return [cell.partition("</td>")[0] for cell in row.split('<td class="number">')[1:]]
 
 
-def test_numbers_of_a_photograph_stand_below_their_heads():
+def test_image_row_has_numbers_in_the_order_of_heads():
     """Corners, those not scored, RMS, median and mean angle."""
     score = SimpleNamespace(
         n_corners=50, n_without_ray=7, rms_px=0.4, median_px=0.3, mean_deg=0.2
@@ -39,45 +39,31 @@ def test_numbers_of_a_photograph_stand_below_their_heads():
     assert cells(row) == ["50", "7", "0.400", "0.300", "0.2000"]
 
 
-def test_numbers_of_a_division_stand_below_their_heads():
+def test_division_row_has_numbers_in_the_order_of_heads():
     found = {
         "divided_by": "near and far", "disagreement_px": 0.9, "scatter_px": 0.2,
         "allowed_px": 0.5, "p_value": 1e-7,
     }  # fmt: skip
     _, head, row, _ = _divisions([found]).splitlines()
     names = [part.partition("</th>")[0] for part in head.split("<th>")[1:]]
-    assert names[1:] == ["Apart (px)", "By scatter (px)", "Explained (px)", "p"]
+    assert names[1:] == ["Difference (px)", "From scatter (px)", "Allowed (px)", "p"]
     assert cells(row) == ["0.90", "0.20", "0.50", "1e-07"]
 
 
-def test_bends_have_the_unit_of_the_board_and_a_stretch_is_in_per_cent():
-    names = "bend_x", "bend_y", "twist", "stretch"
-    found = {
-        name: {"value": value, "sd": value / 10, "used": name == "stretch"}
-        for name, value in zip(names, (0.5, 0.25, 0.125, 0.004), strict=True)
-    }
-    assert list(_shape(found, "board", "mm")) == [
-        ("Board: ends of x behind its middle by", "0.5 +- 0.05 mm, not used"),
-        ("Board: ends of y behind its middle by", "0.25 +- 0.025 mm, not used"),
-        ("Board: twisted by", "0.125 +- 0.013 mm, not used"),
-        ("Board: x longer against y by", "0.4 +- 0.04 %, used"),
-    ]
-
-
 def test_corners_are_numbered_row_by_row(monkeypatch):
-    said = {}
+    texts = {}
     monkeypatch.setattr(
-        Canvas, "text", lambda self, point, text, *_: said.update({text: tuple(point)})
+        Canvas, "text", lambda self, point, text, *_: texts.update({text: tuple(point)})
     )
     lattice = np.stack(np.meshgrid([20.0, 120, 220], [30.0, 130]), axis=-1)
     view = SimpleNamespace(rows=2, columns=3, pixels=lattice.reshape(-1, 2))
     corner_picture(np.zeros((160, 240), np.uint8), view, view.pixels)
-    assert said == {str(k): tuple(point) for k, point in enumerate(view.pixels)}
+    assert texts == {str(k): tuple(point) for k, point in enumerate(view.pixels)}
 
 
-def test_red_grows_along_x_and_green_along_y_of_a_grid():
+def test_grid_colours_follow_x_and_y():
     y, x = np.mgrid[0:60:1.0, 0:80:1.0]
-    # Not as the image: x grows downwards, y to the left.
+    # Other axes than the image: x increases downwards, y to the left.
     location = np.stack([y, -x], axis=-1)
     view = SimpleNamespace(
         location=location,
@@ -90,7 +76,7 @@ def test_red_grows_along_x_and_green_along_y_of_a_grid():
     assert green[:, 4:20].mean() > green[:, 300:316].mean() + 100
 
 
-def test_less_sure_places_have_the_colour_that_the_legend_gives_them(monkeypatch):
+def test_deviation_colours_are_those_of_the_legend(monkeypatch):
     monkeypatch.setattr(Canvas, "with_legend", lambda self, _: self.picture)
     sigma = np.full((20, 30, 2), 0.1)
     sigma[:, 15:] = 0.4
@@ -100,7 +86,7 @@ def test_less_sure_places_have_the_colour_that_the_legend_gives_them(monkeypatch
     assert tuple(drawn[40, 100]) == active_grid.UNSURE
 
 
-def test_lines_of_equal_x_have_the_colour_of_x():
+def test_contour_lines_of_x_have_the_colour_of_x():
     _, x = np.mgrid[0:40, 0:60]
     decoded = SimpleNamespace(
         status=np.zeros((40, 60), int), unit="mm",
@@ -116,7 +102,7 @@ def test_lines_of_equal_x_have_the_colour_of_x():
     assert counts[1] == 0
 
 
-def test_of_a_grid_every_second_row_and_column_of_residuals_is_drawn():
+def test_grid_residuals_are_every_second_row_and_column():
     pixels = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1)
     pixels = pixels.reshape(-1, 2)
     view = SimpleNamespace(pixels=pixels, every_pixel=True, rows=4, columns=6)
@@ -125,17 +111,15 @@ def test_of_a_grid_every_second_row_and_column_of_residuals_is_drawn():
     np.testing.assert_array_equal(off, 10 * at)
 
 
-def test_a_higher_profile_is_drawn_above():
+def test_higher_profile_is_drawn_above():
     along = np.tile(np.linspace(0, 50, 81), (2, 1))
     drawn = profile_picture(along, np.stack([np.zeros(81), np.full(81, 5.0)]))[:400]
     rows = [np.nonzero((drawn == c).all(axis=2))[0].mean() for c in COLOURS[:2]]
     assert rows[1] < rows[0] - 200
 
 
-def test_the_end_of_a_profile_moves_towards_the_viewer_by_what_it_is_higher(
-    tmp_path, monkeypatch
-):
-    """Over the place of the first shape above which it stands."""
+def test_profile_end_moves_towards_the_camera_by_its_height(tmp_path, monkeypatch):
+    """Relative to the first shape at the same position."""
     along = np.array([[0.0, 5, 10], [0.0, 4, 8]])
     height = np.array([[0.0, 0.5, 1.0], [0.0, 1.0, 3.0]])
     given, blank = [], np.zeros((4, 4, 3), np.uint8)
@@ -145,20 +129,20 @@ def test_the_end_of_a_profile_moves_towards_the_viewer_by_what_it_is_higher(
         bundle=SimpleNamespace(residuals=[np.ones((1, 2))]),
     )  # fmt: skip
     stages = SimpleNamespace(views=[SimpleNamespace(label="a", photograph="a")])
-    for name, told in {
+    for name, value in {
         "read_image": blank[..., 0], "_counted": photograph.pixels,
         "residual_picture": blank, "shape_picture": blank, "profile_picture": blank,
         "profiles": (along, height),
     }.items():  # fmt: skip
-        monkeypatch.setattr(mirror, name, lambda *_, told=told: told)
+        monkeypatch.setattr(mirror, name, lambda *_, value=value: value)
     monkeypatch.setattr(mirror, "_page", lambda *all_: given.append(all_[-1]) or "")
     of_set = SimpleNamespace(stages=stages, size=(4, 4))
     mirror.write_mirror_report(tmp_path, of_set, found, {})
     np.testing.assert_allclose(given, [[0.0, 3.0 - 0.8]])
 
 
-def test_numbers_of_a_stage_stand_below_their_heads():
-    """Stated, moved, residual, corners, left out, and rays: median and worst."""
+def test_stage_row_has_numbers_in_the_order_of_heads():
+    """Specified, estimated, residual, corners, outliers, ray errors."""
     stage = {
         "predicted_ray_error_deg": {"median": 0.1, "largest": 0.7},
         "residual_mm": {"mean": 0.5}, "deflection_mm": 2.5, "corners": 90,
@@ -167,25 +151,25 @@ def test_numbers_of_a_stage_stand_below_their_heads():
     row = mirror._table([stage, stage], [0.0, 1.75]).splitlines()[-2]
     assert cells(row) == ["2.5", "1.75", "0.500", "90", "4", "0.100", "0.700"]
     assert mirror.HEADS[4:] == (
-        "Corners", "Left out", "Rays, median (deg)", "Rays, worst (deg)",
+        "Corners", "Outliers", "Ray error, median (deg)", "Ray error, largest (deg)",
     )  # fmt: skip
 
 
-def test_intervals_of_knots_without_corners_alone_are_red(monkeypatch):
-    said = []
+def test_only_knot_intervals_without_corners_are_red(monkeypatch):
+    texts = []
     canvas = SimpleNamespace(
-        line=lambda *given: None, text=lambda *given: said.append(given[1:3])
+        line=lambda *given: None, text=lambda *given: texts.append(given[1:3])
     )
     support = SimpleNamespace(cells=np.array([[3], [0]]))
     monkeypatch.setattr(mirror_pictures, "support_of", lambda *given: support)
     monkeypatch.setattr(mirror_pictures, "_pixels", lambda camera, uv: uv)
     grid = SimpleNamespace(breaks=(np.array([0.0, 1, 2]), np.array([0.0, 1])))
     mirror_pictures._draw_knots(canvas, SimpleNamespace(grid=grid), None)
-    assert said == [("3", INK), ("0", MISSING)]
+    assert texts == [("3", INK), ("0", MISSING)]
 
 
 @pytest.mark.parametrize("width", [240, 1920])
-def test_a_cross_is_as_large_in_every_picture(width):
+def test_crosses_have_the_same_size_in_all_figures(width):
     canvas = Canvas(width, width // 2)
     canvas.cross(np.array([width / 2, width / 4]), QUIET, 5)
     there = np.any(canvas.picture < 255, axis=2)
@@ -194,8 +178,8 @@ def test_a_cross_is_as_large_in_every_picture(width):
     assert 10 <= np.ptp(columns) <= 13
 
 
-def test_what_does_not_fit_into_a_legend_begins_another_strip(monkeypatch):
-    """A word begins where all of it fits: none ends at the rim of the picture."""
+def test_long_legends_continue_on_another_strip(monkeypatch):
+    """No entry is truncated at the edge of the figure."""
     canvas, words = Canvas(240, 120), "w" * 50
     whole = canvas.with_legend([(INK, words)])
     wide = np.flatnonzero((whole[-STRIP:] < 255).any(axis=(0, 2))).max()
@@ -205,32 +189,21 @@ def test_what_does_not_fit_into_a_legend_begins_another_strip(monkeypatch):
     assert len(canvas.with_legend(2 * [(INK, "w")])) == height + STRIP
 
 
-def test_shares_of_a_decoded_picture_are_of_all_its_pixels():
+def test_decoded_shares_are_of_all_pixels():
     counts = np.array([600, 300, 100, 0])
     assert [active_grid._share(counts, k) for k in (1, 2)] == ["30.0 %", "10.0 %"]
     assert active_grid._share(np.array([99999, 1]), 1) == "1 px"
 
 
-def test_a_size_that_was_voted_for_is_columns_by_rows():
+def test_voted_size_is_columns_by_rows():
     size = {
         "votes": [{"columns": 9, "rows": 6, "files": ["a", "b", "c"]}],
         "photographs": 5,
     }
-    assert _vote(size) == "9 x 6 corners in 3 of 5 photographs"
+    assert _vote(size) == "9 x 6 corners in 3 of 5 images"
 
 
-def test_rays_of_a_table_are_a_share_in_per_cent():
-    camera = {"share_of_image_with_ray": 0.125, "units": "mm"}
-    of_set = SimpleNamespace(width=320, height=240)
-    told = _numbers(of_set, {"camera": camera, "misfit": {}})
-    assert [next(told) for _ in range(3)] == [
-        ("Image", "320 x 240 px"),
-        ("Rays for", "12.5 % of the image"),
-        ("Lengths in", "mm"),
-    ]
-
-
-def test_corners_of_a_bent_board_are_expected_where_its_shape_has_them():
+def test_predicted_corners_of_a_bent_board_follow_its_shape():
     points, middle = BOARD.points(), np.array([80.0, 60.0])
     shape = BoardShape(middle, middle, np.array([2.0, 0.0, 0.0, 0.0]))
     pinhole = type(PINHOLE)(K, [], PINHOLE.width, PINHOLE.height)

@@ -1,4 +1,4 @@
-"""What commands print and write is what was found, in its own unit, under its name."""
+"""Printed and written results: values, units and names."""
 
 import json
 from types import SimpleNamespace
@@ -10,15 +10,15 @@ import pytest
 from raxel.calibration.parametric.lens_formula import BoardTest
 from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import active_grids, main, mirror, models, scores
-from raxel.cli.board_shape import shape_fields, shape_line
-from raxel.cli.calibrate import _cross_validation
-from raxel.cli.described import misfit_fields, misfit_warnings
+from raxel.cli import active_grids, main, mirror, models
+from raxel.cli.findings import misfit_warnings, shape_fields
 from raxel.cli.image_sets import _check_images
 from raxel.cli.images import _contents
 from raxel.evaluation.benchmark import _spread
+from raxel.evaluation.comparison import ModelComparison
 from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
+from raxel.evaluation.diagnoses import score_text, shape_lines, stage_lines
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, SizeVote, write_boards
 from raxel.features.detector import Detection, Partial, rejected
@@ -40,8 +40,8 @@ def image_score(found, without_ray):
     )
 
 
-def test_angles_of_the_field_of_view_are_degrees_along_their_own_sides():
-    """Of a pinhole without distortion, from rim to rim of the pixels."""
+def test_field_of_view_is_in_degrees_along_each_side():
+    """Of a pinhole without distortion, between the outer edges of the pixels."""
     camera = PerspectiveCamera(
         [[400.0, 0, 319.5], [0, 300, 119.5], [0, 0, 1]], [], 640, 240
     )
@@ -53,7 +53,7 @@ def test_angles_of_the_field_of_view_are_degrees_along_their_own_sides():
     assert found["from_axis"] == pytest.approx(corner)
 
 
-def test_the_shape_of_a_board_has_its_whole_size_and_a_stretch_in_per_cent():
+def test_board_shape_has_full_size_and_stretch_in_per_cent():
     shape = BoardShape(
         np.array([80.0, 60.0]),
         np.array([80.0, 60.0]),
@@ -66,21 +66,23 @@ def test_the_shape_of_a_board_has_its_whole_size_and_a_stretch_in_per_cent():
     assert fields["size"] == [160.0, 120.0]
     assert fields["middle"] == [80.0, 60.0]
     assert fields["corners"] == [9, 7]
-    told = [fields[name] for name in ("p_bends", "p_stretch", "flat_px", "shaped_px")]
-    assert told == [0.25, 0.5, 0.125, 0.0625]
-    line = shape_line(test, "mm", "board")
-    assert "0.300 +- 0.030 mm" in line
-    assert "0.40 +- 0.10 %" in line
+    names = "p_bends", "p_stretch", "flat_px", "shaped_px"
+    assert [fields[name] for name in names] == [0.25, 0.5, 0.125, 0.0625]
+    assert list(shape_lines(fields, BOARDS, {"unit": "mm"})) == [
+        (
+            "board shape",
+            "over 160 x 120 mm, ends of x 0.300 +- 0.030 mm behind the centre, ends of "
+            "y -0.200 +- 0.020 mm, twist 0.100 +- 0.010 mm (not significant, not used)",
+        ),
+        ("board stretch", "x against y 0.40 +- 0.10 % (not significant, not used)"),
+    ]
 
 
-def test_errors_of_models_stand_apart_from_those_that_all_can_answer_for():
+def test_comparison_has_own_and_common_errors():
     own = Evaluation([image_score(50, 5)], 0.5, 0.4, 0.3, 0.9, {1: "too few"})
     common = own._replace(rms_px=0.25)
-    comparison = SimpleNamespace(
-        own={"zhang": own}, common={"zhang": common}, errors_px={"zhang": 0.75},
-        refused={"cgsp": "no overlap"},
-    )  # fmt: skip
-    found = _cross_validation(comparison)
+    models_of = {"zhang": own}, {"zhang": common}, {"cgsp": "no overlap"}
+    found = ModelComparison(*models_of, {"zhang": 0.75}).fields()
     assert found["zhang"]["own"]["rms_px"] == 0.5
     assert found["zhang"]["common"]["rms_px"] == 0.25
     assert found["zhang"]["counted_rms_px"] == 0.75
@@ -88,19 +90,24 @@ def test_errors_of_models_stand_apart_from_those_that_all_can_answer_for():
     assert found["cgsp"] == {"refused": "no overlap"}
 
 
-def test_a_misfit_says_how_far_corners_are_off_and_by_how_much_they_scatter():
+def test_misfit_warning_has_rms_scatter_and_predicted_sd():
     found = Misfit(3.25, 0.5, 0.125, True)
-    assert misfit_fields(found) == {
+    assert found.fields() == {
         "fits": False, "rms_px": 3.25, "scatter_px": 0.5, "stated_sd_px": 0.125,
         "odd_board": None,
     }  # fmt: skip
-    (warning,) = misfit_warnings(found, "no camera fits", "look", BOARDS)
-    assert [warning.find(n) > 0 for n in ("3.25 px", " 0.5 px", "0.12 px")] == 3 * [
-        True
-    ]
+    (warning,) = misfit_warnings(found, "central-misfit", BOARDS)
+    assert warning.startswith(
+        "no central camera fits: RMS 3.25 px (corner scatter 0.5 px, predicted 0.12 px)"
+    )
+    (warning,) = misfit_warnings(
+        found._replace(scatter_px=11.0), "camera-misfit", BOARDS
+    )
+    assert warning.startswith("this camera does not fit: RMS 3.25 px ")
+    assert warning.code == "point-order"
 
 
-def test_corners_are_counted_and_stand_as_they_were_found(tmp_path):
+def test_corners_file_has_counts_and_positions(tmp_path):
     corners = np.column_stack([np.arange(12.0), np.arange(12.0) + 100])
     corners[[2, 7]] = NAN
     sd = np.arange(12) / 100 + 0.01
@@ -128,7 +135,7 @@ def test_corners_are_counted_and_stand_as_they_were_found(tmp_path):
     assert found["size"]["found_then"] == []
 
 
-def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
+def test_decode_keeps_warnings_of_all_views(tmp_path, monkeypatch, capsys):
     target = SimpleNamespace(kind="active_grid")
     views = [SimpleNamespace(label=name) for name in ("near", "far")]
     taken = SimpleNamespace(name="set", views=views, target=target)
@@ -138,9 +145,9 @@ def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(active_grids, "of_swapped_sides", lambda _: [])
     monkeypatch.setattr(active_grids, "of_handedness", lambda _: [])
     monkeypatch.setattr(active_grids, "_line", lambda view: view["view"])
-    told = {"view": "", "as_in_a_mirror": False}
+    fields = {"view": "", "as_in_a_mirror": False}
     monkeypatch.setattr(
-        active_grids, "_summary", lambda label, _: told | {"view": label}
+        active_grids, "_summary", lambda label, _: fields | {"view": label}
     )
     monkeypatch.setattr(
         active_grids,
@@ -159,14 +166,12 @@ def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
     assert "near: a lamp" in "".join(capsys.readouterr())
 
 
-def test_residuals_of_a_mirror_have_a_mean_and_a_scatter_about_it():
+def test_mirror_residuals_have_mean_and_sd():
     assert mirror._spread(np.array([1.0, NAN, 3.0])) == {"mean": 2.0, "sd": 1.0}
 
 
-def test_the_share_of_straightened_pixels_is_counted_in_what_was_written(
-    tmp_path, capsys
-):
-    """White photographs: what is black in the pictures, the camera does not see."""
+def test_undistort_prints_the_share_of_visible_pixels(tmp_path, capsys):
+    """White images: pixels that the camera does not see are black."""
     write_drawn_set(tmp_path / "set", ((0, 0), (25, 0)))
     for k in range(2):
         white = np.full((HEIGHT, WIDTH), 255, np.uint8)
@@ -177,14 +182,14 @@ def test_the_share_of_straightened_pixels_is_counted_in_what_was_written(
     assert main(["undistort", *map(str, given), "--out", str(out)]) == 0
     seen = np.mean(cv2.imread(str(out / "view0.png"), 0) > 0)
     assert seen < 0.97
-    told = capsys.readouterr().out
-    assert told.startswith(f"drawn: 2 images in {out}; the camera sees ")
-    share = float(told.split("sees ")[1].split(" %")[0])
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"drawn: 2 images in {out}; the camera sees ")
+    share = float(printed.split("sees ")[1].split(" %")[0])
     assert share == pytest.approx(100 * seen, abs=1.0)
 
 
 @pytest.mark.parametrize("model", ["spline", "cgsp", "generic"])
-def test_boards_that_a_model_leaves_out_are_named_with_the_reason(monkeypatch, model):
+def test_models_name_excluded_boards_with_the_reason(monkeypatch, model):
     found = SimpleNamespace(
         camera=None, board=None, used=(0, 2), left_out={1: "too far"}, trend="unified",
         pupil=None, share_covered=0.5, share_with_ray=0.5, rms_deg=0.1, chosen=(0, 2),
@@ -196,16 +201,16 @@ def test_boards_that_a_model_leaves_out_are_named_with_the_reason(monkeypatch, m
     assert details["left_out"] == [{"file": "b.png", "reason": "too far"}]
 
 
-def test_the_line_of_a_score_gives_each_number_its_unit():
+def test_score_text_has_units():
     found = Evaluation([image_score(50, 5)], 0.5, 0.25, 0.125, 0.9, {})
     assert found.n_scored == 45
-    assert scores.line("set", found) == (
-        "set: mean angle 0.1250 deg, rms 0.500 px, median 0.250 px, 90.0 % of corners "
+    assert score_text(found.totals()) == (
+        "mean angle 0.1250 deg, RMS 0.500 px, median 0.250 px, 90.0 % of corners "
         "with a ray"
     )
 
 
-def test_the_vote_for_a_size_is_told_with_its_counts():
+def test_size_vote_line_has_counts():
     votes = {(9, 6): ["a", "b", "c"], (8, 5): ["d"]}
     assert SizeVote(votes, 6, ["d", "e"], ["e"]).line() == (
         "size not given: 9 x 6 corners in 3 of 6 images, 8 x 5 in 1 (d); 2 searched "
@@ -213,7 +218,7 @@ def test_the_vote_for_a_size_is_told_with_its_counts():
     )
 
 
-def test_shares_of_a_decoded_view_are_of_all_its_pixels():
+def test_decode_shares_are_of_all_pixels():
     view = {
         "view": "pose", "unit": "mm", "pixels": {"decoded": 60, "dark": 15, "edge": 5},
         "median_sigma": [0.01, 0.02], "blur_px": 1.5, "margin_px": 6,
@@ -228,14 +233,14 @@ def test_shares_of_a_decoded_view_are_of_all_its_pixels():
     )
 
 
-def test_errors_are_summed_up_by_root_mean_square_median_and_largest():
+def test_spread_is_rms_median_and_max():
     errors = np.array([1.0, 2.0, 2.0, 4.0, 10.0])
     assert _spread(errors, "deg") == {
         "rms_deg": pytest.approx(5.0), "median_deg": 2.0, "max_deg": 10.0,
     }  # fmt: skip
 
 
-def test_lines_of_a_mirror_give_what_is_predicted_for_most_rays_and_at_most():
+def test_stage_lines_have_median_and_largest_predicted_error():
     stages = [
         {
             "residual_mm": {"mean": 0.5, "sd": 0.25},
@@ -244,48 +249,49 @@ def test_lines_of_a_mirror_give_what_is_predicted_for_most_rays_and_at_most():
         }
         for mm in (None, 2.5)
     ]
-    grids = [{"first": "a", "second": "b", "distance_mm": 30.0, "distance_sd_mm": 0.5}]
-    result = {
-        "primary": {"points_from_rays_mm": 0.375, "grids": grids},
-        "stages": stages, "viewer_error_counted": True,
-    }  # fmt: skip
-    assert list(mirror._lines(SimpleNamespace(name="made"), result)) == [
-        "made: first shape: rays meet within 0.375 mm (mean); a and b 30.00 mm apart "
-        "(SD 0.50)",
-        "made: stage 0: residual 0.500 mm (SD 0.250), rays predicted to 0.125 deg "
-        "(median), 0.750 at most",
-        "made: stage 1, bent by 2.5 mm as stated: residual 0.500 mm (SD 0.250), rays "
-        "predicted to 0.125 deg (median), 0.750 at most",
+    result = {"stages": stages, "viewer_error_counted": True}
+    text = (
+        "residual 0.500 mm (SD 0.250 mm), predicted ray error 0.125 deg (median), "
+        "0.750 deg (largest)"
+    )
+    assert list(stage_lines(result)) == [
+        ("stage 0", text),
+        ("stage 1", f"specified deflection 2.5 mm, {text}"),
     ]
+    uncounted = stage_lines(result | {"viewer_error_counted": False})
+    assert next(uncounted)[1] == f"{text}, without the error of the camera (unknown)"
 
 
-def test_a_set_is_told_by_what_was_counted_in_it(tmp_path, capsys):
+def test_check_prints_counts_of_the_set(tmp_path, capsys):
     views = [{"image": f"view{i}.png"} for i in range(3)]
     views[2]["use"] = "evaluate"
     write_drawn_set(tmp_path, ((0, 0), (25, 0), (-25, 5)), views=views)
     _check_images(load_set(tmp_path), lambda text: None)
-    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
-    assert told["images"] == "3 of 8 bit, 320 x 240 px"
-    assert told["target"] == "chessboard, 7 x 5 interior corners, pitch 20.0 mm"
-    assert told["views"] == "2 to calibrate, 1 to evaluate"
+    printed = capsys.readouterr().out.splitlines()
+    rows = dict(line.split(maxsplit=1) for line in printed)
+    assert rows["images"] == "3 of 8 bit, 320 x 240 px"
+    assert rows["target"] == "chessboard, 7 x 5 interior corners, pitch 20.0 mm"
+    assert rows["views"] == "2 to calibrate, 1 to evaluate"
 
 
-def test_patterns_are_counted_and_their_cells_measured(tmp_path, capsys):
+def test_patterns_prints_count_and_cell_size(tmp_path, capsys):
     out = tmp_path / "shown"
     sides = "--width", "320", "--height", "160", "--cells", "4", "--steps", "4"
     assert main(["patterns", *sides, "--out", str(out)]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     written = [p for p in out.glob("*.png") if p.name[:4] in ("gray", "phas")]
-    assert told.startswith(f"{len(written)} patterns with cells of 80 x 40 px, white")
+    assert printed.startswith(
+        f"{len(written)} patterns with cells of 80 x 40 px, white"
+    )
 
 
-def test_a_rendered_set_is_told_by_its_views_files_and_size():
+def test_render_prints_counts_and_size():
     views = [SimpleNamespace(files=["a", "b", "c"]), SimpleNamespace(files=["d"])]
-    told = _contents(SimpleNamespace(views=views, width=320, height=240))
-    assert told == "2 views, 4 images of 320 x 240 px"
+    line = _contents(SimpleNamespace(views=views, width=320, height=240))
+    assert line == "2 views, 4 images of 320 x 240 px"
 
 
-def test_the_note_of_a_scene_counts_boards_and_gives_the_median_distance():
+def test_scene_note_has_board_count_and_median_distance():
     points = MADE.points()
     views = [
         BoardView(pixels, points, COLUMNS, ROWS, f"{k}.png")
@@ -295,8 +301,8 @@ def test_the_note_of_a_scene_counts_boards_and_gives_the_median_distance():
         name="made", target=MADE, views=[View(image=f"{k}.png") for k in range(3)]
     )
     images = evaluate_camera(PINHOLE, views).images
-    apart = np.linalg.norm(np.concatenate([i.residuals_px for i in images]), axis=1)
+    distances = np.linalg.norm(np.concatenate([i.residuals_px for i in images]), axis=1)
     assert _posed_scene(of_set, PINHOLE, views, "how").note == (
         "made: 2 of 3 boards; how. Median distance of corners from where this puts "
-        f"them: {np.median(apart):.2g} px."
+        f"them: {np.median(distances):.2g} px."
     )

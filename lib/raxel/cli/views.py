@@ -1,4 +1,4 @@
-"""What the images of a set show: boards or grids, found now or read from files."""
+"""Views of a set: boards or grids, detected now or read from files."""
 
 from typing import NamedTuple
 
@@ -7,15 +7,15 @@ import numpy as np
 from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.correspondence import near_copies
 from raxel.calibration.views.dense import dense_view
+from raxel.cli.findings import listed
 from raxel.cli.image_sets import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.diagnoses import Diagnosis, diagnosis
 from raxel.features.boards import SizeVote
 from raxel.features.grids import decode_grids, read_grids
 from raxel.sets import ActiveGrid, View
 from raxel.sets.model import words_of
-
-NAMED = 5  # photographs in a warning
 
 
 class Entry(NamedTuple):
@@ -27,9 +27,9 @@ class Entry(NamedTuple):
 
 
 class SeenViews(NamedTuple):
-    """entries: an Entry for each view; views: what calibrations take of those found, in
-    their order; grids: of each grid, for the results; warnings: what a reader must know
-    of the units; vote: how photographs voted for the size of a board, or None."""
+    """entries: an Entry for each view; views: BoardViews or DenseViews of those found,
+    in their order; grids: for each grid its numbers, for the results; warnings: list of
+    Diagnosis; vote: SizeVote for the size of a board, or None."""
 
     entries: list
     views: list
@@ -38,7 +38,7 @@ class SeenViews(NamedTuple):
     vote: SizeVote | None = None
 
     def left_out(self):
-        """The views that show nothing to use, for the result: [{file, reason}]."""
+        """The views that cannot be used, for the result: [{file, reason}]."""
         return [
             {"file": entry.view.label, "reason": entry.reason}
             for entry in self.entries
@@ -53,18 +53,18 @@ class SeenViews(NamedTuple):
         example = f" ({missed[0]['file']}: {missed[0]['reason']})" if missed else ""
         raise InputError(
             f"{image_set.description}: views: {words.found} in {len(self.views)} of "
-            f"{len(self.entries)} {words.images}, {purpose} needs {needed}{example}; "
-            f"{words.check}"
+            f"{len(self.entries)} {words.images}, {purpose} requires {needed}"
+            f"{example}; {words.check}"
         )
 
     def fields(self):
-        """What results hold of grids, {grids: [{file, pixels, points, step}]}, and of
-        a vote for the size of a board, {size: ...}."""
+        """The grids, {grids: [{file, pixels, points, step}]}, and the vote for the size
+        of a board, {size: ...}, for JSON."""
         fields = {"grids": self.grids} if self.grids else {}
         return fields | ({"size": self.vote.fields()} if self.vote else {})
 
     def lines(self):
-        """What to say of grids and of a vote, for people."""
+        """Text lines of the grids and of the vote."""
         if self.vote:
             yield self.vote.line()
         if not self.grids:
@@ -75,30 +75,29 @@ class SeenViews(NamedTuple):
             for key in ("step", "pixels", "points")
         )
         yield (
-            f"{count} {'grids' if count > 1 else 'grid'} of {pixels} pixels; formulas, "
-            f"poses and scores take a pixel every {steps} px each way, {points} of them"
+            f"{count} {'grids' if count > 1 else 'grid'} of {pixels} pixels; models, "
+            f"poses and scores use every {steps} px along each axis: {points} points"
         )
         mirrored = [view.name for view in self.views if view.mirrored]
         if len(mirrored) == count:
-            yield "grids are seen as in a mirror: their y is taken with a minus sign"
+            yield "grids are mirrored: their y axis is inverted"
 
 
 def check_options(image_set, options):
-    """Raise InputError for options that are for another kind of target."""
+    """Raise InputError for options of another kind of target."""
     if isinstance(image_set.target, ActiveGrid):
         wrong, target, right = ("corners", "detector"), "an active grid", "--points"
     else:
         wrong, target, right = ("points",), "a chessboard", "--corners"
-    for option in wrong:
-        if getattr(options, option):
-            raise InputError(
-                f"--{option}: found with {image_set.description}, whose target is "
-                f"{target}; leave it out, or give {right}"
-            )
+    for option in filter(lambda name: getattr(options, name), wrong):
+        raise InputError(
+            f"--{option}: not for {target} ({image_set.description}); leave it out, or "
+            f"use {right}"
+        )
 
 
 def seen_in(image_set, views, options, say):
-    """SeenViews of these views, as --corners, --points and --detector say."""
+    """SeenViews of these views, by the options --corners, --points and --detector."""
     if isinstance(image_set.target, ActiveGrid):
         return _grids(image_set, views, options, say)
     boards, vote = boards_for(image_set, views, options, say)
@@ -109,46 +108,28 @@ def seen_in(image_set, views, options, say):
 
 
 def _copies(views):
-    """A warning where corners of views are those of others, to the last digit."""
+    """A warning where all corners of views are identical to those of others."""
     first, copies = {}, []
     for view in views:
         other = first.setdefault(view.pixels.tobytes(), view.name)
         if other != view.name:
             copies.append((view.name, other))
-    if not copies:
-        return
-    (name, other), more = copies[0], len(copies) - 1
-    others = f" ({more} more such: {_named(copies[1:])})" if more else ""
-    yield (
-        f"{name}: its corners are those of {other}, to the last digit{others}; a "
-        "picture that is there twice says nothing more, and pulls the fit twice: take "
-        "it out of views"
-    )
-
-
-def _named(copies):
-    rest = len(copies) - NAMED
-    names = ", ".join(name for name, _ in copies[:NAMED])
-    return f"{names} and {rest} more" if rest > 0 else names
+    if copies:
+        (name, original), *rest = copies
+        more = f" (likewise: {listed([name for name, _ in rest])})" if rest else ""
+        yield diagnosis("duplicate-image", file=name, original=original, more=more)
 
 
 def _near_copies(views):
-    """A warning where boards stand where others do, with corners of their own."""
-    first = near_copies(views)
+    """A warning where boards have the pose of others, with corners of their own."""
     near = [
         (view.name, views[k].name)
-        for view, k in zip(views, first, strict=True)
+        for view, k in zip(views, near_copies(views), strict=True)
         if view.name != views[k].name and not _same(view, views[k])
     ]
-    if not near:
-        return
-    (name, other), count = near[0], len(near)
-    yield (
-        f"{count} of {len(views)} photographs show{'s' * (count == 1)} the board where "
-        f"another does, such as {name} and {other}: they say little more than one of "
-        "them; standard deviations and tests count them together, and a fit is pulled "
-        "by each: keep one of each in views, and take boards at other places"
-    )
+    if near:
+        values = dict(zip(("file", "original"), near[0], strict=True))
+        yield diagnosis("same-pose", count=len(near), n_views=len(views), **values)
 
 
 def _same(one, other):
@@ -163,14 +144,14 @@ def _grids(image_set, views, options, say):
     entries, seen, warnings = [], [], []
     for grid in grids:
         name, reason = grid.view.label, grid.reason
-        warnings += grid.warnings
+        warnings += [Diagnosis.reported("decoding", text) for text in grid.warnings]
         if not reason:
             try:
                 seen.append(dense_view(grid.location, grid.sigma, grid.mask, name))
             except CalibrationError as fault:
                 reason = str(fault).removeprefix(f"{name}: ")
         entries.append(Entry(grid.view, not reason, reason))
-    told = [
+    fields = [
         {
             "file": view.name,
             "pixels": view.area(),
@@ -181,11 +162,8 @@ def _grids(image_set, views, options, say):
     ]
     warnings += of_handedness([(view.name, view.mirrored) for view in seen])
     if image_set.target.monitor_mm is None:
-        warnings.append(
-            "target.monitor_mm: null: lengths are in pitches of the monitor's pixels, "
-            "which are taken for square"
-        )
-    return SeenViews(entries, seen, told, warnings)
+        warnings.append(diagnosis("no-monitor-size"))
+    return SeenViews(entries, seen, fields, warnings)
 
 
 def _range(numbers):

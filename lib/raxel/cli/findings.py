@@ -1,0 +1,212 @@
+"""What a calibration found, as JSON and as warnings."""
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from raxel.calibration.views.correspondence import BENDS, TERMS, BoardView, near_copies
+from raxel.evaluation.coverage import board_counts, field_of_view
+from raxel.evaluation.diagnoses import DIAGNOSES, diagnosis, known
+from raxel.evaluation.distortion import MIN_N_BOARDS
+
+MIN_TABLE_SHARE = 1 / 3  # of the image's pixels; less is a small part of a camera
+RECOMMENDED_N_BOARDS = 10
+# RMS distance by which single corners scatter that are in another order than stated.
+OTHER_ORDER_PX = 10.0
+MAX_NAMES = 5  # in a warning
+
+
+def listed(names, limit=MAX_NAMES):
+    """The first of several names, and how many more there are."""
+    rest = len(names) - limit
+    text = ", ".join(names[:limit])
+    return f"{text} and {rest} more" if rest > 0 else text
+
+
+def camera_fields(camera, views):
+    """The camera as JSON: its kind and size, its numbers, and what it sees."""
+    fields = {"kind": camera.kind, "width": camera.width, "height": camera.height}
+    fields |= _formula_fields(camera)
+    if camera.kind == "general":
+        fields |= {"units": camera.units, "centre": camera.origins.tolist()}
+        fields["share_of_image_with_ray"] = camera.share_with_ray
+    angles = {name: known(angle) for name, angle in field_of_view(camera).items()}
+    fields["field_of_view_deg"] = angles
+    counts = board_counts(views, camera.width, camera.height)
+    fields["share_of_image_under_boards"] = float(np.mean(counts > 0))
+    return fields
+
+
+def _formula_fields(camera):
+    """The parameters of a formula; focal lengths are px per radian near the axis."""
+    if camera.kind == "ray spline":
+        return _formula_fields(camera.trend)
+    if camera.kind == "moving pupil":
+        shift = camera.pupil_shift.tolist()
+        return _formula_fields(camera.lens) | {"pupil_shift": shift}
+    if camera.kind == "kannala-brandt":
+        focal = camera.k[0] * camera.pixels_per_unit
+        terms = {"radial": (camera.k[1:] / camera.k[0]).tolist()}
+        centre = camera.principal_point
+    elif camera.kind in ("perspective", "unified sphere"):
+        xi = getattr(camera, "xi", 0.0)
+        focal, centre = np.diag(camera.K)[:2] / (1 + xi), camera.K[:2, 2]
+        terms = {"K": camera.K.tolist(), "radial": camera.radial.tolist()}
+        if camera.kind == "unified sphere":
+            terms["xi"] = xi
+    else:
+        return {}
+    for name in ("tangential", "prism"):
+        if np.any(getattr(camera, name, 0)):
+            terms[name] = getattr(camera, name).tolist()
+    return terms | {"focal_px": focal.tolist(), "principal_point_px": centre.tolist()}
+
+
+def shape_fields(test, views):
+    """A BoardTest as JSON; None where there is none. Lengths are in the unit of the
+    result; `middle` and `size` are of the area that the corners of the views span."""
+    if test is None:
+        return None
+    shape = test.shape
+    values = {
+        name: {"value": float(value), "sd": float(sd), "used": name in test.used}
+        for name, value, sd in zip(TERMS, shape.values, test.sd, strict=True)
+    }
+    return values | {
+        "corners": corners_of(views),
+        "middle": shape.middle.tolist(),
+        "size": (2 * shape.half).tolist(),
+        "p_bends": test.p_bends,
+        "p_stretch": test.p_stretch,
+        "flat_px": known(test.flat_px),
+        "shaped_px": known(test.shaped_px),
+    }
+
+
+def corners_of(views):
+    """[columns, rows] of a chessboard, None of a monitor."""
+    board = isinstance(views[0], BoardView)
+    return [views[0].columns, views[0].rows] if board else None
+
+
+def central_fields(test):
+    """A CentralTest as JSON, lengths in the unit of the result; None where there is
+    none."""
+    return test and {
+        "central": test.central,
+        "p_value": test.p_value,
+        "distance": test.distance_mm,
+        "at_least": test.at_least_mm,
+        "at_most": test.at_most_mm,
+        "noise_over_stated": known(test.noise_ratio),
+        "rays": test.rays,
+    }
+
+
+def misfit_warnings(found, code, words, *, scope="", bent="", **model):
+    """Yield the warning of a Misfit, if there is one.
+
+    code: of the DIAGNOSES for large residuals; scope: which boards; bent: the cause
+    that depends on the number of boards; model: its name, if the code requires it.
+    """
+    values = {"rms_px": found.rms_px, "scatter_px": found.scatter_px}
+    values |= {"stated_sd_px": found.sd_px, "scope": scope}
+    subject = DIAGNOSES[code][0].partition("{scope}")[0].format(**model)
+    if found.odd_board:
+        values |= {"file": found.odd_board, "subject": subject}
+        yield diagnosis("outlier-residuals", words, **values)
+    elif found.large and found.scatter_px > OTHER_ORDER_PX:
+        yield diagnosis("point-order", words, subject=subject, **values)
+    elif found.large:
+        bent = bent or f"bent {words.target}"
+        yield diagnosis(code, words, bent=bent, **model, **values)
+
+
+def warnings_of(result, right_px, words):
+    """Yield the warnings of excluded points, of rays without a common point and of a
+    bent board; result: as in JSON; right_px: RMS distance of the other points."""
+    unit, test, shape = map(result.get, ("unit", "one_centre", "board_shape"))
+    if wrong := result["wrong_points"]:
+        worst = max(wrong, key=lambda entry: entry["distance_px"])
+        counts = Counter(result["wrong_points_of"]).most_common()
+        yield diagnosis(
+            "outlier-points",
+            words,
+            count=len(wrong),
+            points=words.point + "s" * (len(wrong) > 1),
+            percent=100 * result["share_of_wrong_points"],
+            files=listed([f"{name} ({n})" for name, n in counts]),
+            file=worst["file"],
+            number=worst["corner"],
+            worst_px=math.ceil(10 * worst["distance_px"]) / 10,
+            others_px=right_px,
+        )
+    if test and not test["central"]:
+        yield diagnosis("non-central-rays", words, unit=unit, **test)
+    parts = []
+    if shape and shape["twist"]["used"]:
+        most = max(abs(shape[name]["value"]) for name in BENDS)
+        parts.append(f"bent by up to {most:.2g} {unit}")
+    if shape and shape["stretch"]["used"]:
+        parts.append(f"stretched by {100 * shape['stretch']['value']:.2g} % (x/y)")
+    if parts:
+        values = {name: shape[name] for name in (*TERMS, "flat_px", "shaped_px")}
+        yield diagnosis("board-shape", words, shape=", ".join(parts), **values)
+
+
+def agreement_warnings(corners, halves, fitted, unit, words):
+    """Yield the warnings of a camera that fits: of BoardCorners that deviate, of a
+    SplitHalf that disagrees, and of the area outside the boards."""
+    if corners and not corners.as_stated:
+        row, column = divmod(corners.worst, corners.columns)
+        offset, sd = corners.distance
+        yield diagnosis(
+            "point-positions",
+            words,
+            scope=" on the fitted shape" if fitted.shape else "",
+            column=column,
+            row=row,
+            offset=offset,
+            sd=sd,
+            unit=unit,
+            rays_px=corners.rays_px,
+            p_value=corners.p_value,
+        )
+    if halves and not halves.stable:
+        yield _instability(halves, words)
+    area = halves and halves.beyond
+    if area and area.matters:
+        values = {"percent": 100 * area.share, "unknown_percent": 100 * area.unknown}
+        values |= {"largest_sd_px": area.largest_px, "under_sd_px": area.under_px}
+        yield diagnosis("extrapolated-area", words, **values)
+
+
+def _instability(found, words):
+    """The warning of a camera that depends on the images."""
+    outlier, focal, worst = found.outlier, found.focal, found.divisions[0]
+    if outlier and (found.same_camera or outlier.p_value < found.p_value):
+        values = outlier._asdict()
+        return diagnosis("outlier-image", words, file=values.pop("name"), **values)
+    if not found.same_camera:
+        values = worst.fields() | {"p_value": found.p_value}
+        return diagnosis("inconsistent-halves", words, **values)
+    if not found.one_focal:
+        group = listed(min(focal.shorter, focal.longer, key=len), 2)
+        values = focal._asdict() | {"sd_percent": 100 * focal.sd, "files": group}
+        return diagnosis("focal-length-varies", words, **values)
+    largest = max(each.disagreement_px for each in found.divisions)
+    values = {"factor": found.factor, "disagreement_px": largest}
+    return diagnosis("inconsistent-images", words, **values)
+
+
+def coverage_warnings(camera, views, words):
+    """Yield the warnings of a small table and of few boards; camera: as in JSON."""
+    share = camera.get("share_of_image_with_ray", 1.0)
+    if share < MIN_TABLE_SHARE:
+        yield diagnosis("small-table", words, percent=100 * share)
+    boards = [view for view in views if not view.every_pixel]
+    count = len(set(near_copies(boards)))
+    if 0 < count < MIN_N_BOARDS:
+        needed = RECOMMENDED_N_BOARDS
+        yield diagnosis("few-boards", words, count=count, needed=needed)
