@@ -39,9 +39,9 @@ from raxel.evaluation.distortion import (
 )
 from raxel.evaluation.misfit import correction_fields, rms_moved, seen_on
 
-SURE = 1e-4  # p-value, times the number of groups
-DEGREES = (-1, 2, 3, 5, 8, np.inf)  # between which those of each group lie
-MOST_MODES = 80  # along each axis, the smoothest first
+P_THRESHOLD = 1e-4  # p-value, times the number of groups
+DEGREE_LIMITS = (-1, 2, 3, 5, 8, np.inf)  # between which those of each group lie
+MAX_N_MODES = 80  # along each axis, the smoothest first
 
 
 class BoardCorners(NamedTuple):
@@ -63,7 +63,7 @@ class BoardCorners(NamedTuple):
     @property
     def as_stated(self):
         """Whether nothing is to be said."""
-        return self.p_value > SURE
+        return self.p_value > P_THRESHOLD
 
     @property
     def worst(self):
@@ -112,14 +112,16 @@ def board_corners(camera, scores, views, shape=None):
     equations = image_equations(camera, pairs, shape, _counted(pairs), fields, moves)
     taken, normal, right = _without_first(*equations[:2], len(degree))
     variance = equations[2]
-    groups = [(degree > low) & (degree <= high) for low, high in pairwise(DEGREES)]
+    groups = [
+        (degree > low) & (degree <= high) for low, high in pairwise(DEGREE_LIMITS)
+    ]
     groups = [own for own in groups if own.any()]
     tests = [_tested(normal, right, own, variance) for own in groups]
     least = min(p_value for p_value, _ in tests)
     shown = [
         (own, within)
         for own, (p_value, within) in zip(groups, tests, strict=True)
-        if p_value < SURE / len(groups)
+        if p_value < P_THRESHOLD / len(groups)
     ]
     mean, covariance = _estimated(normal.sum(axis=0), right.sum(axis=0), shown)
     sd = np.sqrt(np.einsum("kam,mn,kan->ka", modes, covariance, modes, optimize=True))
@@ -149,10 +151,10 @@ def _displacements(view):
 
 def _polynomials(columns, rows):
     """(values (K, P), degree (P,)): products of polynomials in column and row, all of
-    an RMS of 1 and orthogonal over the lattice, row by row; the first MOST_MODES."""
+    an RMS of 1 and orthogonal over the lattice, row by row; the first MAX_N_MODES."""
     in_column, in_row = _orthogonal(columns), _orthogonal(rows)
     degree = np.add.outer(np.arange(rows), np.arange(columns)).ravel()
-    first = np.argsort(degree, kind="stable")[:MOST_MODES]
+    first = np.argsort(degree, kind="stable")[:MAX_N_MODES]
     return np.kron(in_row, in_column)[:, first], degree[first]
 
 
@@ -220,15 +222,15 @@ def _estimated(normal, right, groups):
 
 # Of the scatter, as robust fits of lenses take corners for wrong: that of differences,
 # or that of the board's residuals where the camera does not fit it. No corner is known
-# better than LEAST_PX.
-WIDTH, LEAST_PX = 6.0, 0.01
+# better than MIN_SD_PX.
+OUTLIER_SIGMAS, MIN_SD_PX = 6.0, 0.01
 RAYLEIGH = 1.1774  # median distance of two coordinates that scatter by 1
-FEWEST_NEIGHBOURS = 3
-AROUND = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+MIN_N_NEIGHBOURS = 3
+NEIGHBOURS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 # Of a residual: what moves a corner alone does not move two of its neighbours so far
 # the same way.
-SHARED = 0.25
-ROUNDS = 5  # until no further one is found: poses are better without the first
+MIN_SHARED_FRACTION = 0.25
+MAX_N_ROUNDS = 5  # until no further one is found: poses are better without the first
 
 
 class WrongCorners(NamedTuple):
@@ -262,7 +264,7 @@ def without_wrong_corners(camera, views, shape=None):
     `evaluate_camera`."""
     whole = found = evaluate_camera(camera, views, shape)
     left, alone = list(views), {}
-    for _ in range(ROUNDS):
+    for _ in range(MAX_N_ROUNDS):
         places = _standing_alone(found.images, left)
         if not any(own.any() for own in places):
             break
@@ -288,7 +290,7 @@ def _standing_alone(scores, views):
     for (off, shared), score in zip(found, scores, strict=True):
         distances = np.linalg.norm(score.residuals_px, axis=1)
         own = np.nanmedian(distances) if np.isfinite(distances).any() else single
-        widest = WIDTH * max(single / RAYLEIGH, own / RAYLEIGH, LEAST_PX)
+        widest = OUTLIER_SIGMAS * max(single / RAYLEIGH, own / RAYLEIGH, MIN_SD_PX)
         alone.append((np.fmin(off, distances) > widest) & ~shared)
     return alone
 
@@ -302,19 +304,19 @@ def _beside_neighbours(score, view):
     def moved(i, j):
         return padded[2 + i : 2 + i + view.rows, 2 + j : 2 + j + view.columns]
 
-    near = np.stack([moved(*step) for step in AROUND])
-    on = np.stack([2 * moved(i, j) - moved(2 * i, 2 * j) for i, j in AROUND])
+    near = np.stack([moved(*step) for step in NEIGHBOURS])
+    on = np.stack([2 * moved(i, j) - moved(2 * i, 2 * j) for i, j in NEIGHBOURS])
     off = [np.linalg.norm(lattice - _median(each), axis=2) for each in (near, on)]
     along = np.nan_to_num(np.sum(near * lattice, axis=3), nan=-np.inf)
     second = np.sort(along, axis=0)[-2]
-    shared = second > SHARED * np.sum(lattice**2, axis=2)
+    shared = second > MIN_SHARED_FRACTION * np.sum(lattice**2, axis=2)
     return np.fmin(*off).ravel(), shared.ravel()
 
 
 def _median(around):
     """Median (rows, columns, 2) of those (8, rows, columns, 2) that are finite; NaN
-    where they are fewer than FEWEST_NEIGHBOURS."""
-    enough = np.isfinite(around[..., 0]).sum(axis=0) >= FEWEST_NEIGHBOURS
+    where they are fewer than MIN_N_NEIGHBOURS."""
+    enough = np.isfinite(around[..., 0]).sum(axis=0) >= MIN_N_NEIGHBOURS
     middle = np.full(around.shape[1:], np.nan)
     middle[enough] = np.nanmedian(around[:, enough], axis=0)
     return middle

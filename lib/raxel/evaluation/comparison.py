@@ -34,7 +34,7 @@ from raxel.geometry.poses import nearest_rotation
 # What a point counts as that a model has no ray for, and the most that any counts as.
 MISSED_PX = 5.0
 # Models whose errors are this near to the smallest are as good: the simplest is taken.
-AS_GOOD = 1.02
+EQUAL_RATIO = 1.02
 
 
 class ModelComparison(NamedTuple):
@@ -66,7 +66,7 @@ class ModelComparison(NamedTuple):
     def choice(self) -> tuple[str, str]:
         """Return the best model and the reason in words.
 
-        The best model is the first of those whose error is at most AS_GOOD times the
+        The best model is the first of those whose error is at most EQUAL_RATIO times the
         smallest.
 
         Returns
@@ -95,7 +95,7 @@ class ModelComparison(NamedTuple):
             what = "gave a camera" if alone else "answers for a held-out view"
             return next(iter(errors)), f"no other model {what}"
         least = min(errors, key=errors.get)  # type: ignore[arg-type]
-        best = next(m for m in errors if errors[m] <= AS_GOOD * errors[least])
+        best = next(m for m in errors if errors[m] <= EQUAL_RATIO * errors[least])
         counted = f"where one without a ray counts as {MISSED_PX:g} px"
         if best == least:
             return best, (
@@ -273,7 +273,9 @@ def _parts_of_all(evaluations, parts):
 
 
 PINHOLE = LensFormula("perspective", 2, 0, 0)
-MEDIAN = np.sqrt(np.log(2))  # of the length of two equal components, in its RMS
+MEDIAN_OVER_RMS = np.sqrt(
+    np.log(2)
+)  # of the length of two equal components, in its RMS
 
 
 def viewers_aside(camera, boards):
@@ -310,7 +312,7 @@ def predicted_errors(views, found, pixels, aside=()):
         for stage, own in enumerate(pixels):
             rays = [one.cameras[stage].rays(own).directions for one in (other, found)]
             squares[stage] += np.sum((rays[0] @ R.T - rays[1]) ** 2, axis=1)
-    return [MEDIAN * np.degrees(np.sqrt(each)) for each in squares]
+    return [MEDIAN_OVER_RMS * np.degrees(np.sqrt(each)) for each in squares]
 
 
 def _noise(found, stage, pixels):

@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-SAMPLES = 257  # along a line across the image
-GRID = 64  # pixels each way that stand for all
+N_SAMPLES = 257  # along a line across the image
+N_GRID = 64  # pixels each way that stand for all
 # SD from which on a ray is taken for unknown: it may as well be its neighbour's. And
 # how many times that under the boards it must be, so that the boards' reach and not
 # their corners' noise is to blame.
-UNKNOWN_PX, TIMES = 1.0, 2.0
-MIN_SHARE = 1 / 10  # of the image, unknown: more than a rim, or one corner
+UNKNOWN_SD_PX, UNKNOWN_SD_RATIO = 1.0, 2.0
+MIN_UNKNOWN_SHARE = 1 / 10  # of the image, unknown: more than a rim, or one corner
 
 
 def board_counts(views, width, height):
@@ -42,13 +42,13 @@ def field_of_view(camera):
     from_axis: the largest angle of a ray to the camera's z axis.
     """
     half = (np.array([camera.width, camera.height]) - 1) / 2
-    ends = np.linspace(-1, 1, SAMPLES)
+    ends = np.linspace(-1, 1, N_SAMPLES)
     angles = {}
     for axis, name in enumerate(("horizontal", "vertical")):
-        pixels = np.tile(half, (SAMPLES, 1))
+        pixels = np.tile(half, (N_SAMPLES, 1))
         pixels[:, axis] += ends * (half[axis] + 0.5)
         angles[name] = _turned(camera.rays(pixels))
-    u, v = (np.linspace(-0.5, 2 * h + 0.5, GRID) for h in half)
+    u, v = (np.linspace(-0.5, 2 * h + 0.5, N_GRID) for h in half)
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
     rays = camera.rays(np.clip(pixels, 0, 2 * half))
     z = np.clip(rays.directions[rays.valid, 2], -1, 1)
@@ -67,7 +67,7 @@ def _turned(rays):
 
 class BeyondBoards(NamedTuple):
     """share: of the pixels that have a ray, those outside the convex hull of all
-    corners; unknown: of them, those outside whose ray is known to less than UNKNOWN_PX;
+    corners; unknown: of them, those outside whose ray is known to less than UNKNOWN_SD_PX;
     largest_px: SD of the worst ray outside, 0 where there is none; under_px: RMS of the
     SDs of rays under boards. SDs are distances in px, after the best rotation."""
 
@@ -79,7 +79,7 @@ class BeyondBoards(NamedTuple):
     @property
     def matters(self):
         """Whether so much of the image is unknown that it is reported."""
-        return self.unknown >= MIN_SHARE
+        return self.unknown >= MIN_UNKNOWN_SHARE
 
     def fields(self):
         """The area for JSON."""
@@ -103,6 +103,6 @@ def beyond_boards(fields, covariance, views, seen):
     squares = np.sum((fields.shapes @ covariance) * fields.shapes, axis=(1, 2))
     sd = np.sqrt(np.maximum(squares, 0.0))
     under = np.sqrt(np.mean(squares[seen]))
-    unknown = outside & (sd > max(UNKNOWN_PX, TIMES * under))
+    unknown = outside & (sd > max(UNKNOWN_SD_PX, UNKNOWN_SD_RATIO * under))
     shares = float(np.mean(outside)), float(np.mean(unknown))
     return BeyondBoards(*shares, float(np.max(sd * outside)), float(under))

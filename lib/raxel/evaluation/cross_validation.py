@@ -42,7 +42,7 @@ from raxel.sets.reference import ReferenceCorners
 # Corners of one board against its true corners: each in its place, and in order?
 
 
-RIM_PX = 4.0  # a corner this near to the image's end need not be found
+BORDER_PX = 4.0  # a corner this near to the image's end need not be found
 
 
 def in_place(corners: ArrayLike, truth: ArrayLike, reach_px: float) -> bool:
@@ -141,7 +141,7 @@ def share_in_order(
         Share, 0 to 1.
     """
     size = np.array(shape[1::-1])
-    inside = np.all((truth > RIM_PX) & (truth < size - 1 - RIM_PX), axis=1)
+    inside = np.all((truth > BORDER_PX) & (truth < size - 1 - BORDER_PX), axis=1)
     if partial is None or not inside.any():
         return 0.0
     apart = distances(partial.corners, truth)
@@ -239,7 +239,7 @@ def _largest(errors):
     return errors.max(initial=0.0)
 
 
-FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
+MIN_N_CORNERS = 6  # six pose parameters take three corners; the rest is judged
 
 
 class ImageScore(NamedTuple):
@@ -469,10 +469,10 @@ def _score(camera, view, shape):
     blank = ImageScore(
         view.name, n_corners, n_corners, np.nan, np.nan, np.nan, None, None, residuals
     )
-    if np.count_nonzero(known) < FEWEST_CORNERS:
+    if np.count_nonzero(known) < MIN_N_CORNERS:
         return blank._replace(
             reason=f"{np.count_nonzero(known)} corners have a ray;"
-            f" {FEWEST_CORNERS} are needed"
+            f" {MIN_N_CORNERS} are needed"
         )
     pixels, points = view.pixels[known], view.points[known]
     origins, directions = rays.origins[known], rays.directions[known]

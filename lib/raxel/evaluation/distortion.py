@@ -219,8 +219,8 @@ def angular_residual(
 
 
 STEP_PX = 0.5  # to each side, for the derivatives of the rays
-MOST_STEPS = 50
-ENOUGH = 1e-6  # a cost that falls by a smaller share is at rest
+MAX_N_STEPS = 50
+COST_TOL = 1e-6  # a cost that falls by a smaller share is at rest
 ROUNDING_PX = 1e-11
 
 
@@ -245,22 +245,22 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     counted = np.isfinite(residuals[:, 0])
     found, solid, off = pixels[counted], solid[counted], residuals[counted]
     cost, damping = np.sum(off**2), 1e-6
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_N_STEPS):
         if cost <= len(off) * ROUNDING_PX**2:
             break
         jacobian = pose_jacobian(camera, found - off, solid, T)
         gradient = jacobian.T @ -off.ravel()
         step = damped_step(jacobian.T @ jacobian, gradient, damping)
-        if -step @ gradient <= ENOUGH * cost:
+        if -step @ gradient <= COST_TOL * cost:
             break
         trial = moved_pose(T, step)
         new = found - camera.project(transform(trial, solid)).pixels
         new_cost = np.sum(new**2)
         if new_cost < cost:
-            at_rest = cost - new_cost <= ENOUGH * cost
+            converged = cost - new_cost <= COST_TOL * cost
             T, off, cost = trial, new, new_cost
             damping = max(damping / 10, 1e-12)
-            if at_rest:
+            if converged:
                 break
         else:
             damping *= 10
@@ -326,9 +326,12 @@ def _slope(values):
 
 
 MIN_N_BOARDS = 6  # three in each half
-WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
+OUTLIER_SIGMAS, RAYLEIGH = (
+    6.0,
+    1.1774,
+)  # of wrong corners; median distance at unit scale
 MIN_SD_PX = 0.01  # of a coordinate: no corner is known better
-SINGULAR = 1e-9  # of the largest eigenvalue: undetermined
+SINGULAR_TOL = 1e-9  # of the largest eigenvalue: undetermined
 
 
 def scored_pairs(scores, views):
@@ -338,10 +341,10 @@ def scored_pairs(scores, views):
 
 
 def near_corners(pairs):
-    """(K,) bool of each view: corners no farther off than WIDTH times their scatter."""
+    """(K,) bool of each view: corners no farther off than OUTLIER_SIGMAS times their scatter."""
     distances = [np.linalg.norm(score.residuals_px, axis=1) for score, _ in pairs]
     typical = np.nanmedian(np.concatenate(distances)) / RAYLEIGH
-    return [own <= WIDTH * max(typical, MIN_SD_PX) for own in distances]
+    return [own <= OUTLIER_SIGMAS * max(typical, MIN_SD_PX) for own in distances]
 
 
 def image_equations(camera, pairs, shape, corners, fields, moves=None):
@@ -379,7 +382,7 @@ def image_equations(camera, pairs, shape, corners, fields, moves=None):
 def inverse_root(normal):
     """W of W W', the pseudo-inverse of a normal matrix, and its axes."""
     size, axes = np.linalg.eigh(normal)
-    known = size > SINGULAR * size[-1]
+    known = size > SINGULAR_TOL * size[-1]
     return axes[:, known] / np.sqrt(size[known]), axes[:, known]
 
 

@@ -20,17 +20,17 @@ from raxel.geometry.poses import cross_matrix, transform
 
 # Residuals this many times the scatter, and this much beyond it, are a misfit. Boards
 # that are not quite flat, and cells that bend, reach 1.8 times; noise alone, 1.
-TIMES_SCATTER = 2.2
-BEYOND_PX = 0.25
+MAX_SCATTER_RATIO = 2.2
+MIN_EXCESS_PX = 0.25
 # Residuals this large are one too where they vary too fast to tell from scatter.
-PLAIN_PX = 3.0
-PLAIN_TIMES_SD = 10.0
-ODD_TIMES = 2.5  # the residuals of the next board, where one is alone at fault
+MAX_RMS_PX = 3.0
+MAX_SD_RATIO = 10.0
+OUTLIER_RATIO = 2.5  # the residuals of the next board, where one is alone at fault
 # And where all together are not too large: the median of all boards' residuals, of so
 # many corners. Where some scatter twice as much as others it is 2.2 at most.
-ODD_TIMES_MEDIAN, ODD_CORNERS = 3.0, 12
+OUTLIER_MEDIAN_RATIO, OUTLIER_N_CORNERS = 3.0, 12
 # The share of a second difference's variance: 1 + 4 + 1.
-SECOND = np.array([1.0, -2.0, 1.0]) / np.sqrt(6)
+SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0]) / np.sqrt(6)
 
 
 class Misfit(NamedTuple):
@@ -77,15 +77,15 @@ def misfit(scores, views):
         return found
     pairs.sort(key=lambda pair: pair[0].rms_px)
     *others, second, worst = (score.rms_px for score, _ in pairs)
-    alone = worst > ODD_TIMES * second
+    alone = worst > OUTLIER_RATIO * second
     if found.large:
         # One bad board pulls the camera, and so the others, with it.
         odd = alone or not _misfit(pairs[:-1]).large
     else:
         usual = np.median([*others, second, worst])
         scored = np.isfinite(pairs[-1][0].residuals_px[:, 0]).sum()
-        odd = alone and worst > max(ODD_TIMES_MEDIAN * usual, BEYOND_PX)
-        odd = odd and scored >= ODD_CORNERS
+        odd = alone and worst > max(OUTLIER_MEDIAN_RATIO * usual, MIN_EXCESS_PX)
+        odd = odd and scored >= OUTLIER_N_CORNERS
     return found._replace(odd_board=pairs[-1][0].name) if odd else found
 
 
@@ -96,8 +96,8 @@ def _misfit(pairs):
     scatter = _rms(np.concatenate([_differences(*pair) for pair in pairs]))
     sd = np.sqrt(2) * _rms(np.concatenate([_stated(view) for _, view in pairs]))
     found = Misfit(rms, scatter, sd, False)
-    smooth = rms > TIMES_SCATTER * scatter and found.beyond_px > BEYOND_PX
-    plain = rms > PLAIN_PX and not rms <= PLAIN_TIMES_SD * sd
+    smooth = rms > MAX_SCATTER_RATIO * scatter and found.beyond_px > MIN_EXCESS_PX
+    plain = rms > MAX_RMS_PX and not rms <= MAX_SD_RATIO * sd
     return found._replace(large=bool(smooth or plain))
 
 
@@ -105,7 +105,7 @@ def _differences(score, view):
     """Second differences (M, 2) of residuals, as long as single corners' errors are."""
     lattice = score.residuals_px.reshape(view.rows, view.columns, 2)
     along = [
-        np.einsum("k,kijc->ijc", SECOND, np.stack([a[:-2], a[1:-1], a[2:]]))
+        np.einsum("k,kijc->ijc", SECOND_DIFFERENCE, np.stack([a[:-2], a[1:-1], a[2:]]))
         for a in (lattice, np.swapaxes(lattice, 0, 1))
     ]
     return np.concatenate([a.reshape(-1, 2) for a in along])
@@ -129,7 +129,7 @@ def _rms(vectors):
 
 
 DEGREE = 3
-ACROSS = 24  # pixels along the longer side at which fields are compared
+N_ACROSS = 24  # pixels along the longer side at which fields are compared
 
 
 def polynomials(pixels, camera):
@@ -170,7 +170,7 @@ def with_radial_terms(pixels, camera):
 def correction_fields(camera, pairs, terms=polynomials):
     """The CorrectionFields of a camera, mixed of `terms`, None where hardly a pixel has
     a ray."""
-    step = max(camera.width, camera.height) / ACROSS
+    step = max(camera.width, camera.height) / N_ACROSS
     u = np.arange(step / 2, camera.width, step)
     v = np.arange(step / 2, camera.height, step)
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2) - 0.5
@@ -234,7 +234,7 @@ def seen_on(view, camera, pixels):
 # that test.
 
 
-ALIKE = 1e-9  # of the largest eigenvalue: undetermined by the images
+SINGULAR_TOL = 1e-9  # of the largest eigenvalue: undetermined by the images
 
 
 class FocalLengths(NamedTuple):
@@ -264,7 +264,7 @@ def focal_lengths(normal, right, direction, variance, names):
     own = to_all @ direction
     excess = (right - normal @ (inverse @ right.sum(axis=0))) @ direction
     size, axes = np.linalg.eigh(np.diag(own) - to_all @ inverse @ to_all.T)
-    known = size > ALIKE * size[-1]
+    known = size > SINGULAR_TOL * size[-1]
     free = np.count_nonzero(known)
     if free < 3:
         return None

@@ -11,7 +11,7 @@ Corners of one image may err together, by blur, by light, by what a lens formula
 not model. Then halves differ by more than scatter without a fault between them. So
 their difference is compared with how far images of the same half differ, whatever
 moves them: halves give different cameras where they differ by more than that. Where
-images differ from each other by more than ERRATIC times what scatter explains,
+images differ from each other by more than MAX_FACTOR times what scatter explains,
 whichever way they are divided, that is reported, too: a rolling shutter does so where
 boards moved differently in each, and no mean of them is known to be right.
 
@@ -63,14 +63,19 @@ from raxel.geometry.poses import rotate, transform
 # that err together to do so alike in all ways; as they do not, those that share as much
 # as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
 # hundred.
-SURE, SURE_FOCAL, SURE_ODD = 1e-5, 1e-4, 1e-5
-LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
+P_THRESHOLD, FOCAL_P_THRESHOLD, OUTLIER_P_THRESHOLD = 1e-5, 1e-4, 1e-5
+MIN_DIFFERENCE_PX, MIN_RATIO = (
+    0.1,
+    1.5,
+)  # disagreement that matters: at least, and beyond scatter
 # Times scatter by which images differ from each other: more than corners do that share
 # as much with their neighbours as each errs for itself (2.8 at most). And what it does
 # to rays of halves, half of which it does to those of all.
-ERRATIC, ERRATIC_PX = 2.8, 0.5
-FEWEST_PIXELS = 6  # that both halves saw
-UNKNOWN_PX = 2.0  # SD, RMS over the image, from which on a correction is not compared
+MAX_FACTOR, MAX_FACTOR_PX = 2.8, 0.5
+MIN_N_PIXELS = 6  # that both halves saw
+UNKNOWN_SD_PX = (
+    2.0  # SD, RMS over the image, from which on a correction is not compared
+)
 
 
 class Division(NamedTuple):
@@ -123,7 +128,7 @@ class SplitHalf(NamedTuple):
     pixels (N, 2): of their fields; p_value: of the first, times how many there are;
     same_camera: whether no division matters with a p-value so small; factor: how many
     times as far as scatter explains images differ from each other, 1 or more; steady:
-    whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or is that
+    whether that is less than MAX_FACTOR, or shows in no division by MAX_FACTOR_PX, or is that
     of a table. Of a table, and where there is none, None: focal, outlier, beyond."""
 
     divisions: list
@@ -139,7 +144,7 @@ class SplitHalf(NamedTuple):
     @property
     def one_focal(self):
         """Whether images agree on one focal length."""
-        return self.focal is None or self.focal.p_value > SURE_FOCAL
+        return self.focal is None or self.focal.p_value > FOCAL_P_THRESHOLD
 
     @property
     def stable(self):
@@ -183,7 +188,7 @@ def split_half(camera, scores, views, shape=None):
     for name, first in halves_of(pairs):
         both = seen[first].any(axis=0) & seen[~first].any(axis=0)
         difference = _difference(normal, right, first, variance)
-        if difference and np.count_nonzero(both) >= FEWEST_PIXELS:
+        if difference and np.count_nonzero(both) >= MIN_N_PIXELS:
             halves = tuple(names[first]), tuple(names[~first])
             found = _disagreement(*difference, fields, both, variance)
             divisions.append(Division(name, halves, *found))
@@ -252,7 +257,7 @@ def _difference(normal, right, first, variance):
     share = own @ np.linalg.pinv(normal.sum(axis=0), hermitian=True)
     excess = right[first].sum(axis=0) - share @ right.sum(axis=0)
     size, axes = np.linalg.eigh(own - share @ own)
-    known = size > variance / UNKNOWN_PX**2
+    known = size > variance / UNKNOWN_SD_PX**2
     if not known.any():
         return None
     root = axes[:, known] / np.sqrt(size[known])
@@ -278,13 +283,13 @@ def _disagreement(root, x, within, p_value, fields, both, variance):
 def _judged(divisions, pixels, factor, table):
     """The SplitHalf of divisions; table: whether images differ by the errors of single
     rays, too."""
-    limit = SURE / len(divisions)
+    limit = P_THRESHOLD / len(divisions)
     apart = [
         each
         for each in divisions
         if each.p_value < limit
-        and each.times > TIMES
-        and each.disagreement_px > LEAST_PX
+        and each.times > MIN_RATIO
+        and each.disagreement_px > MIN_DIFFERENCE_PX
     ]
     if apart:
         worst = min(apart, key=lambda each: each.p_value)
@@ -292,8 +297,8 @@ def _judged(divisions, pixels, factor, table):
         worst = max(divisions, key=lambda each: each.times)
     divisions = sorted(divisions, key=lambda each: (each is not worst, each.p_value))
     p_value = min(1.0, len(divisions) * worst.p_value)
-    erratic = factor > ERRATIC and any(
-        each.disagreement_px > max(TIMES * each.scatter_px, ERRATIC_PX)
+    erratic = factor > MAX_FACTOR and any(
+        each.disagreement_px > max(MIN_RATIO * each.scatter_px, MAX_FACTOR_PX)
         for each in divisions
     )
     steady = table or not erratic
@@ -308,12 +313,12 @@ def _outlier(normal, right, fields, seen, variance, names):
     p_values = [each[-1] if each else 1.0 for each in found]
     worst = int(np.argmin(p_values))
     p_value = len(names) * p_values[worst]
-    if p_value > SURE_ODD:
+    if p_value > OUTLIER_P_THRESHOLD:
         return None
     root, x, within, _ = found[worst]
     share = np.linalg.pinv(normal.sum(axis=0), hermitian=True) @ normal[worst]
     moved = rms_moved(fields, seen, share @ root @ x)
-    if moved < LEAST_PX:
+    if moved < MIN_DIFFERENCE_PX:
         return None
     times = float(np.sqrt(np.mean(x**2) / within))
     return OutlierImage(names[worst], times, p_value, moved)

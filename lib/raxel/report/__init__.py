@@ -1,4 +1,4 @@
-"""The report of a calibration: corners, residuals and coverage as pictures, a page."""
+"""The report of a calibration: a page with figures of corners, residuals, coverage."""
 
 import lazy_loader
 

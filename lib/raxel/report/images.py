@@ -1,6 +1,6 @@
-"""Images of a report: views with residuals, and active grids.
+"""Figures of a report: views with residuals, and active grids.
 
-Pictures of active grids: all patterns on one sheet, and what was decoded.
+Figures of active grids: all patterns on one sheet, and the decoded positions.
 """
 
 from typing import NamedTuple
@@ -22,19 +22,19 @@ from raxel.features.active_grid.coding import (
 from raxel.report.canvas import FONT, INK, MISSING, PAPER, QUIET, Canvas
 from raxel.sets.patterns import pattern_image
 
-# What a calibration saw: corners or points, residuals as arrows, coverage.
+# Views of a calibration: corners or points, residuals as arrows, coverage.
 
 
-TINT = 0.55  # of a grid's points over the photograph
-PALE = 0.6  # of the photograph behind residuals
-ROOMY_PX = 30.0  # from corner to corner in the picture, so that each has its number
+TINT = 0.55  # weight of a grid's points over the image
+PALE = 0.6  # of the image behind residuals
+MIN_LABEL_SPACING_PX = 30.0  # between corners in the figure, for a number at each
 ARROW_SHARE = 0.05  # of the image's width: the 95th percentile of residuals
-LONGEST = 3.0  # times that; longer arrows are cut
+MAX_ARROW_RATIO = 3.0  # times that; longer arrows are truncated
 RESIDUAL = (160, 60, 0)
 CUT = (30, 30, 200)
 BOARDS = ((235, 206, 170), (222, 165, 100), (170, 95, 30))  # 1, 2, 3 and more
 EDGE_OF_RAYS = (0, 120, 255)
-# Of boards, in turn; told apart also without red or green.
+# Of boards, in turn; distinguishable without red or green.
 COLOURS = (
     (178, 114, 0), (0, 94, 213), (115, 158, 0), (167, 121, 204), (0, 159, 230),
     (233, 180, 86), (60, 60, 60),
@@ -42,7 +42,7 @@ COLOURS = (
 
 
 class ArrowScale(NamedTuple):
-    """magnified: arrow over residual; cut_px: longer residuals are drawn as this."""
+    """magnified: length of an arrow over its residual; cut_px: maximum residual drawn."""
 
     magnified: float
     cut_px: float
@@ -53,37 +53,37 @@ class ArrowScale(NamedTuple):
         lengths = np.linalg.norm(residuals, axis=1)
         lengths = lengths[np.isfinite(lengths)]
         long = max(np.percentile(lengths, 95), 1e-6) if len(lengths) else 1.0
-        return cls(ARROW_SHARE * width / long, LONGEST * long)
+        return cls(ARROW_SHARE * width / long, MAX_ARROW_RATIO * long)
 
     def arrow(self, residual):
-        """(vector in px of the image, whether it is cut)"""
+        """(vector in px of the image, whether it is truncated)"""
         length = np.linalg.norm(residual)
         shown = residual * min(1.0, self.cut_px / max(length, 1e-12))
         return self.magnified * shown, length > self.cut_px
 
     def legend(self, canvas):
-        """A mark of a round length, and what it means."""
-        long = self.cut_px / LONGEST
+        """Legend entries: an arrow of a round length, and truncated arrows."""
+        long = self.cut_px / MAX_ARROW_RATIO
         power = 10.0 ** np.floor(np.log10(long))
         key = max(step * power for step in (1, 2, 5) if step * power <= long * 1.0001)
         pixels = key * self.magnified * canvas.scale
         return [
-            (pixels, f"{key:g} px, drawn {self.magnified:.3g} times as long"),
-            (CUT, f"longer than {self.cut_px:.3g} px, cut"),
+            (pixels, f"{key:g} px, magnified {self.magnified:.3g} times"),
+            (CUT, f"longer than {self.cut_px:.3g} px, truncated"),
         ]
 
 
-def corner_picture(image, view, predicted):
-    """Corners of a BoardView in their order on the photograph (height, width) uint8.
+def corner_figure(image, view, predicted):
+    """Corners of a BoardView in their order on the image (height, width) uint8.
 
-    Row by row a line, from the first corner, 0; each number where there is room, else
-    those of the ends of a row. A missing corner is marked at `predicted` (N, 2), NaN
-    where nobody knows.
+    One line per row, from the first corner, 0; all numbers where the spacing allows,
+    else those of the ends of a row. A missing corner is marked at `predicted` (N, 2),
+    NaN where unknown.
     """
     canvas = Canvas(image.shape[1], image.shape[0], image)
     lattice = view.pixels.reshape(view.rows, view.columns, 2)
     gaps = np.linalg.norm(np.diff(lattice, axis=1), axis=2) * canvas.scale
-    roomy = np.isfinite(gaps).any() and np.nanmedian(gaps) > ROOMY_PX
+    numbered = np.isfinite(gaps).any() and np.nanmedian(gaps) > MIN_LABEL_SPACING_PX
     for number, row in enumerate(lattice):
         colour = COLOURS[number % len(COLOURS)]
         canvas.line(row, PAPER, 3)
@@ -93,7 +93,7 @@ def corner_picture(image, view, predicted):
                 continue
             canvas.ring(point, PAPER, 4, 3)
             canvas.ring(point, colour, 4, 1)
-            if roomy or column in (0, view.columns - 1):
+            if numbered or column in (0, view.columns - 1):
                 canvas.text(point, str(number * view.columns + column))
     if np.isfinite(view.pixels[0, 0]):
         canvas.ring(view.pixels[0], INK, 8, 2)
@@ -104,15 +104,15 @@ def corner_picture(image, view, predicted):
             canvas.text(predicted[k], f"{k} missing", MISSING)
     legend = [(INK, "first corner, 0")]
     if len(missing):
-        legend.append((MISSING, "missing, where the camera expects it"))
+        legend.append((MISSING, "missing (predicted position)"))
     return canvas.with_legend(legend)
 
 
-def grid_picture(image, view):
-    """The points of a DenseView in colours over the photograph (height, width) uint8.
+def grid_figure(image, view):
+    """The points of a DenseView in colours over the image (height, width) uint8.
 
-    Red grows along x and green along y of the grid, from the smallest value to the
-    largest; dots are the pixels that formulas and poses are fitted to.
+    Red increases along x and green along y of the grid, from the smallest value to the
+    largest. Dots are the pixels to which models and poses are fitted.
     """
     import cv2
 
@@ -123,26 +123,26 @@ def grid_picture(image, view):
     colour = np.zeros((*seen.shape, 3), np.uint8)
     colour[..., 2], colour[..., 1] = np.moveaxis(np.nan_to_num(255 * share), 2, 0)
     canvas = Canvas(image.shape[1], image.shape[0], image)
-    size = canvas.picture.shape[1::-1]
+    size = canvas.image.shape[1::-1]
     tint = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
     weight = cv2.resize(seen.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     weight = TINT * weight[..., None]
-    canvas.picture = np.rint((1 - weight) * canvas.picture + weight * tint)
-    canvas.picture = canvas.picture.astype(np.uint8)
+    canvas.image = np.rint((1 - weight) * canvas.image + weight * tint)
+    canvas.image = canvas.image.astype(np.uint8)
     for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
         canvas.ring(point, PAPER, 1, -1)
     words = f"{view.area()} pixels with a point"
     return canvas.with_legend([((60, 150, 60), words), (PAPER, "fitted and scored")])
 
 
-def residual_picture(image, pixels, residuals, scale):
-    """Residuals (N, 2), found less projected, at pixels (N, 2) of the photograph."""
+def residual_figure(image, pixels, residuals, scale):
+    """Residuals (N, 2), found less projected, at pixels (N, 2) of the image."""
     canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
     _arrows(canvas, pixels, residuals, scale, RESIDUAL)
     return canvas.with_legend([*scale.legend(canvas), (QUIET, "not scored")])
 
 
-def pooled_picture(width, height, boards, scale):
+def pooled_figure(width, height, boards, scale):
     """Residuals of all boards in one image: [(pixels, residuals)], a colour each."""
     canvas = Canvas(width, height)
     for number, (pixels, residuals) in enumerate(boards):
@@ -151,19 +151,19 @@ def pooled_picture(width, height, boards, scale):
     return canvas.with_legend([*scale.legend(canvas), (QUIET, "not scored")])
 
 
-def disagreement_picture(width, height, pixels, division):
-    """How far the halves of a Division see the same rays apart, at pixels (N, 2)."""
+def disagreement_figure(width, height, pixels, division):
+    """Difference between the rays of the halves of a Division, at pixels (N, 2)."""
     canvas = Canvas(width, height)
     lengths = np.linalg.norm(division.field, axis=1)
-    # Arrows that scatter explains stay short.
+    # Arrows within the expected difference stay short.
     long = max(np.nanpercentile(lengths, 95), division.allowed_px)
-    scale = ArrowScale(ARROW_SHARE * width / long, LONGEST * long)
+    scale = ArrowScale(ARROW_SHARE * width / long, MAX_ARROW_RATIO * long)
     _arrows(canvas, pixels, division.field, scale, RESIDUAL)
-    return canvas.with_legend([*scale.legend(canvas), (QUIET, "not seen by both")])
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "not covered by both")])
 
 
-def coverage_picture(views, width, height, mask=None):
-    """How many views cover each part of the image; and where rays end.
+def coverage_figure(views, width, height, mask=None):
+    """Number of views that cover each part of the image, and the limit of rays.
 
     views: BoardViews, whose corners are marked, or DenseViews; mask: (height, width)
     bool, True where a table has a ray; None for a camera with rays everywhere.
@@ -171,11 +171,11 @@ def coverage_picture(views, width, height, mask=None):
     import cv2
 
     canvas = Canvas(width, height)
-    size = canvas.picture.shape[1::-1]
+    size = canvas.image.shape[1::-1]
     counts = np.minimum(board_counts(views, width, height), len(BOARDS))
     counts = cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST)
     palette = np.array([PAPER, *BOARDS], np.uint8)
-    canvas.picture = palette[counts]
+    canvas.image = palette[counts]
     legend = [
         (colour, words)
         for colour, words in zip(
@@ -185,8 +185,8 @@ def coverage_picture(views, width, height, mask=None):
     if mask is not None:
         seen = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
         edges, _ = cv2.findContours(seen, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-        cv2.drawContours(canvas.picture, edges, -1, EDGE_OF_RAYS, 2)
-        legend.append((EDGE_OF_RAYS, "where rays end"))
+        cv2.drawContours(canvas.image, edges, -1, EDGE_OF_RAYS, 2)
+        legend.append((EDGE_OF_RAYS, "limit of rays"))
     boards = [view for view in views if not view.every_pixel]
     for view in boards:
         for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
@@ -216,11 +216,11 @@ GRID_COLOURS = {
     BORDER: (170, 170, 170),
     BREAK: (90, 200, 90),
 }
-STRENGTH = 0.6  # of the colours over the photograph
+STRENGTH = 0.6  # of the colours over the image
 PALENESS = 0.25
-LINES = 16  # parts of the lit area that lines divide, along each axis
+LINES = 16  # intervals of the contour lines on the lit area, along each axis
 LINE_COLOURS = (40, 40, 230), (60, 150, 0)
-SURE, UNSURE = (120, 40, 20), (60, 230, 250)
+CERTAIN, UNCERTAIN = (120, 40, 20), (60, 230, 250)
 
 
 def pattern_sheet(patterns, monitor_px):
@@ -234,8 +234,8 @@ def pattern_sheet(patterns, monitor_px):
     size = THUMBNAIL, max(1, round(THUMBNAIL * height / width))
     rows = {}
     for pattern in patterns:
-        picture = pattern_image(pattern, monitor_px)
-        small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+        image = pattern_image(pattern, monitor_px)
+        small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         row = rows.setdefault((pattern.kind, pattern.axis), [])
         row.append((small, _label(pattern)))
     levels = [(np.full(size[::-1], grey, np.uint8), n) for grey, n in LEVELS]
@@ -244,9 +244,9 @@ def pattern_sheet(patterns, monitor_px):
     most = max(map(len, rows))
     sheet = np.full((GAP + len(rows) * step[1], GAP + most * step[0], 3), 200, np.uint8)
     for i, row in enumerate(rows):
-        for k, (picture, label) in enumerate(row):
+        for k, (image, label) in enumerate(row):
             y, x = GAP + i * step[1], GAP + k * step[0]
-            sheet[y : y + size[1], x : x + size[0]] = picture[..., None]
+            sheet[y : y + size[1], x : x + size[0]] = image[..., None]
             place = x, y + size[1] + LABEL - 6
             cv2.putText(sheet, label, place, FONT, 0.45, INK, 1, cv2.LINE_AA)
     return sheet
@@ -262,23 +262,21 @@ def _label(pattern):
     return f"{pattern.axis}: bit {pattern.bit} of {pattern.of}{inverse}"
 
 
-def decoded_picture(decoded, photograph, extent):
-    """What was decoded, over a photograph (H, W) uint8, and how sure it is; (h, w, 3).
+def decoded_picture(decoded, image, extent):
+    """Decoded positions over an image (H, W) uint8, and their uncertainty; (h, w, 3).
 
-    Above, lines of equal x and of equal y on the monitor, and what has no location
-    marked with its reason; below, the standard deviation of the locations. extent: (2,)
-    of the lit area in the unit of the locations.
+    Top: contour lines of x and of y on the monitor, and pixels without a position, by
+    reason. Bottom: the standard deviation of the positions. extent: (2,) of the lit
+    area in the unit of the positions.
     """
-    return np.vstack(
-        [_places(decoded, photograph, extent), _deviations(decoded, photograph)]
-    )
+    return np.vstack([_places(decoded, image, extent), _deviations(decoded, image)])
 
 
-def _places(decoded, photograph, extent):
+def _places(decoded, image, extent):
     import cv2
 
-    height, width = photograph.shape
-    canvas = Canvas(width, height, photograph, PALENESS)
+    height, width = image.shape
+    canvas = Canvas(width, height, image, PALENESS)
     counts = np.bincount(decoded.status.ravel(), minlength=len(REASONS))
     colour, mixed = np.zeros((height, width, 3), np.uint8), np.zeros((height, width))
     entries = []
@@ -287,12 +285,10 @@ def _places(decoded, photograph, extent):
             there = decoded.status == status
             colour[there], mixed[there] = mark, STRENGTH
             entries.append((mark, f"{REASONS[status]}: {_share(counts, status)}"))
-    size = canvas.picture.shape[1::-1]
+    size = canvas.image.shape[1::-1]
     colour = cv2.resize(colour, size, interpolation=cv2.INTER_NEAREST)
     mixed = cv2.resize(mixed, size, interpolation=cv2.INTER_NEAREST)[..., None]
-    canvas.picture = np.rint((1 - mixed) * canvas.picture + mixed * colour).astype(
-        np.uint8
-    )
+    canvas.image = np.rint((1 - mixed) * canvas.image + mixed * colour).astype(np.uint8)
     lines = []
     for axis, mark in enumerate(LINE_COLOURS):
         place = cv2.resize(
@@ -300,11 +296,11 @@ def _places(decoded, photograph, extent):
             interpolation=cv2.INTER_NEAREST,
         )  # fmt: skip
         if np.isfinite(place).any():
-            canvas.picture[level_lines(place, extent[axis] / LINES)] = mark
+            canvas.image[level_lines(place, extent[axis] / LINES)] = mark
             step = f"{extent[axis] / LINES:.3g} {decoded.unit}"
             lines.append((mark, f"{'xy'[axis]}, every {step}"))
-    told = [((255, 255, 255), f"decoded: {_share(counts, 0)}")]
-    return canvas.with_legend([*lines, *told, *entries])
+    decoded_share = ((255, 255, 255), f"decoded: {_share(counts, 0)}")
+    return canvas.with_legend([*lines, decoded_share, *entries])
 
 
 def _share(counts, status):
@@ -313,8 +309,8 @@ def _share(counts, status):
 
 
 def level_lines(place, step):
-    """Where a value (h, w) and the next one, right or below, lie in different parts,
-    each `step` wide."""
+    """Mask of pixels whose value (h, w) and the next one, right or below, are in
+    different intervals of width `step`."""
     with np.errstate(invalid="ignore"):
         part = np.floor(place / step)
     line = np.zeros(place.shape, bool)
@@ -326,11 +322,11 @@ def level_lines(place, step):
     return line
 
 
-def _deviations(decoded, photograph):
+def _deviations(decoded, image):
     """The standard deviation, root mean square of the axes, in colours."""
     import cv2
 
-    height, width = photograph.shape
+    height, width = image.shape
     canvas = Canvas(width, height)
     sigma = decoded.sigma[..., np.isfinite(decoded.sigma).any(axis=(0, 1))]
     if not sigma.shape[2]:
@@ -339,15 +335,18 @@ def _deviations(decoded, photograph):
     low, high = np.nanquantile(sigma, (0.02, 0.98))
     share = (np.log(sigma) - np.log(low)) / max(np.log(high / low), 0.1)
     share = np.nan_to_num(share).clip(0, 1)[..., None]
-    colour = np.rint((1 - share) * SURE + share * UNSURE).astype(np.uint8)
+    colour = np.rint((1 - share) * CERTAIN + share * UNCERTAIN).astype(np.uint8)
     colour[~np.isfinite(sigma)] = 235
-    size = canvas.picture.shape[1::-1]
-    canvas.picture = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
+    size = canvas.image.shape[1::-1]
+    canvas.image = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
     unit, nowhere = decoded.unit, ((235, 235, 235), "no location")
     if high < 1.01 * low:
         return canvas.with_legend(
-            [(SURE, f"standard deviation {low:.3g} {unit}"), nowhere]
+            [(CERTAIN, f"standard deviation {low:.3g} {unit}"), nowhere]
         )
-    ends = (SURE, f"{low:.3g} {unit} or less"), (UNSURE, f"{high:.3g} {unit} or more")
+    ends = (
+        (CERTAIN, f"{low:.3g} {unit} or less"),
+        (UNCERTAIN, f"{high:.3g} {unit} or more"),
+    )
     (mark, words), last = ends
     return canvas.with_legend([(mark, f"standard deviation {words}"), last, nowhere])

@@ -14,26 +14,26 @@ from raxel.calibration.mirror.stages import MirrorCalibration
 from raxel.evaluation.diagnoses import mirror_lines, number
 from raxel.features.detector import as_8_bit
 from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
-from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_picture
+from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_figure
 from raxel.report.page import PAGE, document, figure, numbers, pairs, table, warnings
 from raxel.sets import read_image
 from raxel.sets.mirror_set import MirrorSet
 
-# Shapes of a bending mirror: profiles in one drawing, each over its photograph.
+# Shapes of a flexible mirror: profiles in one chart, and contour lines over images.
 
 
 CHART = (960, 400)  # px
-FRAME = (90, 30, 30, 60)  # px left, above, right and below what is drawn
-PLACES = 81  # along a profile
-TICKS = 6  # on an axis, about
-LEVELS, LEAST_STEP = 8, 0.01  # lines of equal height, about; mm between them
-COARSER = 2  # pixels of a picture for which a height is computed, each way
+FRAME = (90, 30, 30, 60)  # margins in px: left, top, right, bottom
+N_SAMPLES = 81  # along a profile
+N_TICKS = 6  # on an axis, about
+LEVELS, MIN_STEP_MM = 8, 0.01  # lines of equal height, about; mm between them
+STEP_PX = 2  # of a figure, between computed heights, along each axis
 KNOT, LEVEL = (150, 120, 60), (40, 40, 200)
-ROUND = (1.0, 2.0, 5.0, 10.0)
+ROUND_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
 def profiles(calibration):
-    """(along (n, PLACES), height (n, PLACES)), mm, of the middle line of each stage.
+    """(along (n, N_SAMPLES), height (n, N_SAMPLES)), mm, of the middle line of each stage.
 
     along: from the clamp's line, as the first shape's plane has it; height: over that
     plane, towards the viewer.
@@ -46,8 +46,8 @@ def profiles(calibration):
         u = grid.turned(calibration.line.ends)[:, 0].mean()
         ends, across = grid.breaks[0][[0, -1]], grid.breaks[1][[0, -1]]
         free = ends[np.argmax(np.abs(ends - u))]
-        place = np.linspace(np.clip(u, *ends), free, PLACES)
-        middle = np.full(PLACES, across.mean())
+        place = np.linspace(np.clip(u, *ends), free, N_SAMPLES)
+        middle = np.full(N_SAMPLES, across.mean())
         S = camera.mirror.points(grid.unturned(np.column_stack([place, middle])))
         start = S[0] if start is None else start
         height = S @ n - k
@@ -58,7 +58,7 @@ def profiles(calibration):
 
 def heights(calibration, stage, pixels):
     """Heights (N,), mm, of what pixels (N, 2) see of a stage's mirror, over the plane
-    of the first shape, towards the viewer; NaN beside the knots."""
+    of the first shape, towards the camera; NaN outside the knots."""
     camera, (n, k) = calibration.cameras[stage], _first_plane(calibration.cameras[0])
     p = normalised(camera.viewer, pixels)
     found = np.full(len(p), np.nan)
@@ -67,8 +67,8 @@ def heights(calibration, stage, pixels):
     return found
 
 
-def profile_picture(along, height):
-    """The profiles (n, PLACES), mm, of all stages in one chart."""
+def profile_figure(along, height):
+    """The profiles (n, N_SAMPLES), mm, of all stages in one chart."""
     canvas = Canvas(*CHART)
     left, above, right, below = FRAME
     low = np.array([0.0, min(height.min(), 0.0)])
@@ -89,7 +89,7 @@ def profile_picture(along, height):
             canvas.line(line, QUIET)
             at = line[0] + ([-14, 20] if axis == 0 else [-60, 10])
             canvas.text(at, f"{tick:g}")
-    canvas.text([CHART[0] / 2 - 120, CHART[1] - 6], "from the clamp's line (mm)")
+    canvas.text([CHART[0] / 2 - 120, CHART[1] - 6], "distance from the clamp line (mm)")
     canvas.text([0, 20], "height (mm)")
     legend = []
     for stage, profile in enumerate(zip(along, height, strict=True)):
@@ -99,17 +99,17 @@ def profile_picture(along, height):
     return canvas.with_legend(legend)
 
 
-def shape_picture(image, calibration, stage):
-    """A stage over its photograph (H, W) uint8: lines of equal height over the first
-    shape's plane, the knots, and how many corners of boards lie between them."""
+def shape_figure(image, calibration, stage):
+    """A stage over its image (H, W) uint8: contour lines of the height over the plane of
+    the first shape, the knots, and the number of corners between them."""
     camera = calibration.cameras[stage]
     canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
     height = _shown_heights(canvas, calibration, stage)
     legend = [(KNOT, "knots, with the corners between them")]
     known = height[np.isfinite(height)]
     if len(known):
-        step = _round(max(np.ptp(known) / LEVELS, LEAST_STEP))
-        canvas.picture[level_lines(height, step)] = LEVEL
+        step = _round(max(np.ptp(known) / LEVELS, MIN_STEP_MM))
+        canvas.image[level_lines(height, step)] = LEVEL
         legend.append((LEVEL, f"equal height, every {step:g} mm"))
     _draw_knots(canvas, camera, calibration.bundle.corners[stage])
     return canvas.with_legend(legend)
@@ -119,9 +119,9 @@ def _draw_knots(canvas, camera, corners):
     grid = camera.grid
     u, v = grid.breaks
     for axis, breaks in enumerate(grid.breaks):
-        other = np.linspace(*grid.breaks[1 - axis][[0, -1]], PLACES)
+        other = np.linspace(*grid.breaks[1 - axis][[0, -1]], N_SAMPLES)
         for at in breaks:
-            uv = np.column_stack([np.full(PLACES, at), other])
+            uv = np.column_stack([np.full(N_SAMPLES, at), other])
             canvas.line(_pixels(camera, uv if axis == 0 else uv[:, ::-1]), KNOT)
     cells = support_of(grid, corners).cells
     middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in (u, v)]
@@ -139,12 +139,12 @@ def _pixels(camera, uv):
 
 
 def _shown_heights(canvas, calibration, stage):
-    """Heights (h, w), mm, of what a canvas shows; NaN beside the knots."""
+    """Heights (h, w), mm, at the pixels of a canvas; NaN outside the knots."""
     import cv2
 
-    h, w = canvas.picture.shape[:2]
+    h, w = canvas.image.shape[:2]
     # At the middle of what a height stands for, where `resize` takes it to be.
-    x, y = (np.arange(0, n, COARSER) + (COARSER - 1) / 2 for n in (w, h))
+    x, y = (np.arange(0, n, STEP_PX) + (STEP_PX - 1) / 2 for n in (w, h))
     x, y = np.meshgrid(x, y)
     pixels = (np.column_stack([x.ravel(), y.ravel()]) + 0.5) / canvas.scale - 0.5
     height = heights(calibration, stage, pixels).reshape(x.shape)
@@ -160,14 +160,16 @@ def _first_plane(camera):
 
 
 def _ticks(low, high):
-    step = _round((high - low) / TICKS)
+    step = _round((high - low) / N_TICKS)
     return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
 
 
 def _round(length):
     """The largest of 1, 2, 5 times a power of ten that is not above a length."""
     power = 10.0 ** np.floor(np.log10(max(length, 1e-6)))
-    return max(power * step for step in ROUND if power * step <= length * 1.0001 + 1e-6)
+    return max(
+        power * step for step in ROUND_STEPS if power * step <= length * 1.0001 + 1e-6
+    )
 
 
 HEADS = (
@@ -216,23 +218,23 @@ def write_mirror_report(
         What `raxel calibrate` writes as JSON.
     """
     folder = Path(folder)
-    photographs = {view.label: view.main_image for view in mirror_set.stages.views}
+    files = {view.label: view.main_image for view in mirror_set.stages.views}
     off = found.bundle.residuals
     scale = ArrowScale.of(np.concatenate(off), mirror_set.size[0])
     views, of_stage = [], {}  # type: ignore[var-annotated]
     for count, (shown, residuals) in enumerate(zip(found.views, off, strict=True), 1):
         name = shown.view.name
-        image = as_8_bit(read_image(mirror_set.stages, photographs[name]))
+        image = as_8_bit(read_image(mirror_set.stages, files[name]))
         of_stage.setdefault(shown.stage, image)
         views.append(ShownView(shown.stage, name, f"residuals-{count:03}.jpg"))
         pixels = _counted(found.cameras[shown.stage], shown.view.pixels)
-        drawn = residual_picture(image, pixels, residuals, scale)
+        drawn = residual_figure(image, pixels, residuals, scale)
         (folder / views[-1].residuals).write_bytes(encoded(drawn, ".jpg"))
     for stage, image in of_stage.items():
-        drawn = shape_picture(image, found, stage)
+        drawn = shape_figure(image, found, stage)
         (folder / _shape_name(stage)).write_bytes(encoded(drawn, ".jpg"))
     along, height = profiles(found)
-    drawn = profile_picture(along, height)
+    drawn = profile_figure(along, height)
     (folder / "profiles.png").write_bytes(encoded(drawn, ".png"))
     before = np.interp(along[:, -1], along[0], height[0])
     moved = height[:, -1] - before

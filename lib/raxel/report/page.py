@@ -23,12 +23,18 @@ from raxel.evaluation.diagnoses import (
     summary,
 )
 from raxel.evaluation.distortion import MIN_N_BOARDS
-from raxel.evaluation.split_half import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
+from raxel.evaluation.split_half import (
+    MAX_FACTOR,
+    MAX_FACTOR_PX,
+    MIN_DIFFERENCE_PX,
+    MIN_RATIO,
+    P_THRESHOLD,
+)
 from raxel.io.files import check_can_be_written
 from raxel.sets.mirror_set import MirrorSet
 from raxel.sets.model import ImageSet, words_of
 
-# A report is a folder: there whole, or as it was before.
+# A report is a folder: complete, or as it was before.
 
 
 PAGE = "index.html"
@@ -82,7 +88,7 @@ def check_report(
         raise InputError(
             f"{folder}: found other files than a report's; give a new folder"
         )
-    # The folder beside which the new one is made is to be written to.
+    # The new one is made in the folder that contains it.
     check_can_be_written(folder.parent / PAGE)
 
 
@@ -143,7 +149,7 @@ th, td { border-bottom: 1px solid var(--line); padding: .25rem .8rem .25rem 0;
 th { overflow-wrap: break-word; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 .divisions td.number { white-space: nowrap; }
-th::first-letter { text-transform: uppercase; }
+.pairs th::first-letter { text-transform: uppercase; }
 .wide { overflow-x: auto; }
 img { max-width: 100%; height: auto; background: #fff; }
 figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
@@ -153,8 +159,8 @@ FORMATS = {"rms_px": ".3f", "median_px": ".3f", "mean_deg": ".4f"}
 HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean angle (deg)")
 RULE = (
     "{target}s differ from each other {found[photographs_over_scatter]:.2g} times as "
-    "much as {point} scatter explains. There is a warning above {erratic:g} times, if "
-    "halves differ by {erratic_px:g} px or more; and if halves differ by {least_px:g} "
+    "much as {point} scatter explains. There is a warning above {factor:g} times, if "
+    "halves differ by {factor_px:g} px or more; and if halves differ by {least_px:g} "
     "px or more, {times:g} times what differences between images allow (p &lt; "
     "{p_threshold:g}, all divisions)."
 )
@@ -168,7 +174,7 @@ CAPTIONS = {
 }
 
 
-class Photograph(NamedTuple):
+class ReportImage(NamedTuple):
     """Hold what the page shows of one image.
 
     Attributes
@@ -177,7 +183,7 @@ class Photograph(NamedTuple):
         Name of the image.
     score : ImageScore or None
         Its score.
-    seen, residuals : str or None
+    detected, residuals : str or None
         Names of its two figures. With `score`, all are None for an image that could not
         be used.
     reason : str
@@ -186,13 +192,13 @@ class Photograph(NamedTuple):
 
     name: str
     score: ImageScore | None
-    seen: str | None
+    detected: str | None
     residuals: str | None
     reason: str
 
 
 def page(
-    image_set: ImageSet, result: dict[str, Any], photographs: Sequence[Photograph]
+    image_set: ImageSet, result: dict[str, Any], images: Sequence[ReportImage]
 ) -> str:
     """Return the page as text.
 
@@ -202,7 +208,7 @@ def page(
         The set.
     result : dict
         What `raxel calibrate` writes as JSON.
-    photographs : sequence of Photograph
+    images : sequence of ReportImage
         The images.
 
     Returns
@@ -234,8 +240,8 @@ def page(
             f"{words.target}, a parametric model extrapolates and a table has no rays.",
         ),
         "<h2>Images</h2>",
-        table(("Image", f"{words.point}s", *HEADS), map(_row, photographs)),
-        *(_photograph(p, words) for p in photographs if p.score is not None),
+        table(("Image", f"{words.point}s", *HEADS), map(_row, images)),
+        *(_figures(p, words) for p in images if p.score is not None),
     ]
     return document(title, parts)
 
@@ -283,7 +289,7 @@ def warnings(texts):
 def pairs(named):
     """A table of (label, text)."""
     rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in named)
-    return "<table>\n" + "\n".join(rows) + "\n</table>"
+    return '<table class="pairs">\n' + "\n".join(rows) + "\n</table>"
 
 
 def _stability(found, words):
@@ -294,8 +300,12 @@ def _stability(found, words):
             "them share.</p>"
         ]
     _, worst = line("halves", words, found, {"count": len(found["divisions"])})
-    limits = {"erratic": ERRATIC, "erratic_px": ERRATIC_PX, "times": TIMES}
-    limits |= {"least_px": LEAST_PX, "p_threshold": SURE, "found": found}
+    limits = {"factor": MAX_FACTOR, "factor_px": MAX_FACTOR_PX, "times": MIN_RATIO}
+    limits |= {
+        "least_px": MIN_DIFFERENCE_PX,
+        "p_threshold": P_THRESHOLD,
+        "found": found,
+    }
     rule = TEXT.format(RULE, **words._asdict() | limits)
     return [
         figure("stability.png", f"Ray differences of two halves; {worst}."),
@@ -319,26 +329,26 @@ def _divisions(divisions):
     return table(heads, rows, "divisions")
 
 
-def _row(photograph):
-    name, score = escape(photograph.name), photograph.score
+def _row(image):
+    name, score = escape(image.name), image.score
     if score is None:
-        reason = escape(photograph.reason or "not found")
+        reason = escape(image.reason or "not found")
         return f'<td>{name}</td><td colspan="5">{reason}</td>'
     cells = [score.n_corners, score.n_without_ray]
     cells += [number(getattr(score, key), form) for key, form in FORMATS.items()]
     return f"<td>{name}</td>{numbers(cells)}"
 
 
-def _photograph(photograph, words):
-    name = escape(photograph.name)
-    note = f" {photograph.reason}." if photograph.reason else ""
+def _figures(image, words):
+    name = escape(image.name)
+    note = f" {image.reason}." if image.reason else ""
     positions, residuals = CAPTIONS[words.target]
     scale = f"same scale for all {words.target}s"
     return "\n".join(
         [
             f"<h3>{name}</h3>",
-            figure(photograph.seen, f"{positions}{note}"),
-            figure(photograph.residuals, f"{residuals}, {scale}."),
+            figure(image.detected, f"{positions}{note}"),
+            figure(image.residuals, f"{residuals}, {scale}."),
         ]
     )
 

@@ -1,4 +1,4 @@
-"""Pictures and page of one calibration, into a folder."""
+"""Write the figures and the page of one calibration into a folder."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
 from raxel.report.images import (
     ArrowScale,
-    corner_picture,
-    coverage_picture,
-    disagreement_picture,
-    grid_picture,
-    pooled_picture,
-    residual_picture,
+    corner_figure,
+    coverage_figure,
+    disagreement_figure,
+    grid_figure,
+    pooled_figure,
+    residual_figure,
 )
-from raxel.report.page import PAGE, Photograph, page
+from raxel.report.page import PAGE, ReportImage, page
 from raxel.sets import read_image
 from raxel.sets.model import ImageSet, View
 
@@ -69,43 +69,43 @@ def write_report(
         image_set.width,
     )
     scored = iter(zip(views, evaluation.images, strict=True))
-    photographs = []
+    images = []
     for number, (taken, found, reason) in enumerate(entries, 1):
         if not found:
-            photographs.append(Photograph(taken.label, None, None, None, reason))
+            images.append(ReportImage(taken.label, None, None, None, reason))
             continue
         view, score = next(scored)
         image = as_8_bit(read_image(image_set, taken.main_image))
         if view.every_pixel:
-            seen, kind = grid_picture(image, view), "points"
+            detected, kind = grid_figure(image, view), "points"
         else:
             predicted = _predicted(fitted, view, score)
-            seen, kind = corner_picture(image, view, predicted), "corners"
-        residuals = residual_picture(image, *_arrows(view, score), scale)  # type: ignore[call-arg]
+            detected, kind = corner_figure(image, view, predicted), "corners"
+        residuals = residual_figure(image, *_arrows(view, score), scale)  # type: ignore[call-arg]
         names = f"{kind}-{number:03}.jpg", f"residuals-{number:03}.jpg"
-        for name, picture in zip(names, (seen, residuals), strict=True):
-            (folder / name).write_bytes(encoded(picture, ".jpg"))
-        photographs.append(Photograph(view.name, score, *names, score.reason))
+        for name, drawing in zip(names, (detected, residuals), strict=True):
+            (folder / name).write_bytes(encoded(drawing, ".jpg"))
+        images.append(ReportImage(view.name, score, *names, score.reason))
     size = image_set.width, image_set.height
     at = [_arrows(*pair) for pair in zip(views, evaluation.images, strict=True)]
     camera = fitted.camera
     mask = camera.mask if camera.kind == "general" else None
     drawn = {
-        "residuals.png": pooled_picture(*size, at, scale),
-        "coverage.png": coverage_picture(views, *size, mask),
+        "residuals.png": pooled_figure(*size, at, scale),
+        "coverage.png": coverage_figure(views, *size, mask),
     }
     if stability is not None:
         worst = stability.divisions[0]
-        drawn["stability.png"] = disagreement_picture(*size, stability.pixels, worst)
-    for name, picture in drawn.items():
-        (folder / name).write_bytes(encoded(picture, ".png"))
-    text = page(image_set, result, photographs)
+        drawn["stability.png"] = disagreement_figure(*size, stability.pixels, worst)
+    for name, drawing in drawn.items():
+        (folder / name).write_bytes(encoded(drawing, ".png"))
+    text = page(image_set, result, images)
     (folder / PAGE).write_text(text, "utf-8")
 
 
 def _arrows(view, score):
-    """Pixels and residuals (N, 2) to draw: of a grid every second row and column, so
-    that its many arrows can be told apart."""
+    """Pixels and residuals (N, 2) to draw: every second row and column of a grid, to
+    separate its arrows."""
     of_view = view.pixels, score.residuals_px
     if not view.every_pixel:
         return of_view
@@ -114,7 +114,7 @@ def _arrows(view, score):
 
 
 def _predicted(fitted, view, score):
-    """Where the camera expects each corner (N, 2); NaN where it does not say."""
+    """Predicted position of each corner (N, 2); NaN where unknown."""
     if score.T_camera_grid is None:
         return np.full(view.pixels.shape, np.nan)
     solid = board_points(view.points, fitted.shape)

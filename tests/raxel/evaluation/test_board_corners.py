@@ -5,7 +5,7 @@ import pytest
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardShape
-from raxel.evaluation.board_corners import SURE, _displacements, board_corners
+from raxel.evaluation.board_corners import P_THRESHOLD, _displacements, board_corners
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import correction_fields, seen_on, without_turns
 from raxel.geometry.planes import on_plane
@@ -101,8 +101,8 @@ def test_a_sound_board_shows_nothing():
     shape = BoardShape(BOARD.mean(axis=0), HALF, np.array([0.5, 0.1, -0.4, 0.004]))
     bent = shape.points(BOARD) - on_plane(BOARD)
     sound = seen(FLAT, 24), seen(FLAT, 25), seen(FLAT, 30, noise=0.0), seen(bent, 31)
-    assert min(found_in(views).p_value for views in sound) > 100 * SURE
-    assert found_in(seen(bent, 31), shape).p_value > 100 * SURE
+    assert min(found_in(views).p_value for views in sound) > 100 * P_THRESHOLD
+    assert found_in(seen(bent, 31), shape).p_value > 100 * P_THRESHOLD
 
 
 def test_corners_that_err_together_are_no_board():
@@ -113,7 +113,7 @@ def test_corners_that_err_together_are_no_board():
         view._replace(pixels=view.pixels + shapes @ rng.normal(size=(5, 2)) / 5)
         for view in seen(FLAT, 24)
     ]
-    assert found_in(views).p_value > 100 * SURE
+    assert found_in(views).p_value > 100 * P_THRESHOLD
 
 
 def test_where_it_cannot_be_told_nothing_is_said():

@@ -10,7 +10,13 @@ from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import image_equations, within_groups
 from raxel.evaluation.misfit import correction_fields
-from raxel.evaluation.split_half import LEAST_PX, SURE, Division, _judged, split_half
+from raxel.evaluation.split_half import (
+    MIN_DIFFERENCE_PX,
+    P_THRESHOLD,
+    Division,
+    _judged,
+    split_half,
+)
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotation_from_vector, transform
 from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
@@ -100,7 +106,7 @@ def test_boards_in_other_places_and_exact_corners_are_no_fault():
     assert found_in(views_of(COUNT * [CAMERA], 5, poses=chosen)).stable
     exact = found_in(views_of(COUNT * [CAMERA], 6, noise=0.0))
     assert exact.stable
-    assert max(d.disagreement_px for d in exact.divisions) < LEAST_PX / 10
+    assert max(d.disagreement_px for d in exact.divisions) < MIN_DIFFERENCE_PX / 10
 
 
 def test_wrong_corners_pull_at_neither_half():
@@ -158,9 +164,9 @@ def test_tables_of_rays_are_held_against_their_own_errors():
 
 @pytest.mark.parametrize("times", [0.5, 2.0])
 def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times):
-    """As often as SURE says, one of all of them disagrees by chance, not each."""
+    """As often as P_THRESHOLD says, one of all of them disagrees by chance, not each."""
     count = 11
-    p_values = [times * SURE / count, *np.linspace(0.1, 0.9, count - 1)]
+    p_values = [times * P_THRESHOLD / count, *np.linspace(0.1, 0.9, count - 1)]
     divisions = [
         Division(f"{k}", ((), ()), 1.0, 0.1, 0.1, p, np.zeros((4, 2)))
         for k, p in enumerate(p_values)
@@ -168,7 +174,7 @@ def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times
     found = _judged(divisions, np.zeros((4, 2)), 1.0, table=False)
     assert found.same_camera == (times > 1)
     if times < 1:
-        assert found.p_value == pytest.approx(times * SURE)
+        assert found.p_value == pytest.approx(times * P_THRESHOLD)
 
 
 def equations(rng, boards, ways, sd):

@@ -1,4 +1,4 @@
-"""What the picture of a decoded pose says of its locations."""
+"""Legends of the figure of a decoded grid, and the sheet of patterns."""
 
 from types import SimpleNamespace
 
@@ -10,22 +10,22 @@ from raxel.sets import patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_image
 
 
-def told(monkeypatch, sigma):
+def legend_text(monkeypatch, sigma):
     """The words of the legend."""
     monkeypatch.setattr(Canvas, "with_legend", lambda _, entries: entries)
     decoded = SimpleNamespace(sigma=sigma, unit="mm")
     return [words for _, words in _deviations(decoded, np.zeros(sigma.shape[:2]))]
 
 
-def test_the_standard_deviation_is_the_root_mean_square_of_both_axes(monkeypatch):
+def test_standard_deviation_is_rms_of_both_axes(monkeypatch):
     sigma = np.full((20, 30, 2), [0.1, 0.7])
-    assert told(monkeypatch, sigma)[0] == "standard deviation 0.5 mm"
+    assert legend_text(monkeypatch, sigma)[0] == "standard deviation 0.5 mm"
     # Of a monitor of which one axis was shown alone, it is that axis's own.
     sigma[..., 1] = np.nan
-    assert told(monkeypatch, sigma)[0] == "standard deviation 0.1 mm"
+    assert legend_text(monkeypatch, sigma)[0] == "standard deviation 0.1 mm"
 
 
-def test_thumbnails_stand_in_the_order_of_the_patterns():
+def test_thumbnails_are_in_the_order_of_patterns():
     size = 2 * THUMBNAIL, THUMBNAIL
     patterns = patterns_of(plan_of_cells(size, 8, 4))
     sheet = pattern_sheet(patterns, size)

@@ -17,10 +17,10 @@ from raxel.report.images import (
     RESIDUAL,
     ArrowScale,
     _arrows,
-    corner_picture,
-    coverage_picture,
-    disagreement_picture,
-    pooled_picture,
+    corner_figure,
+    coverage_figure,
+    disagreement_figure,
+    pooled_figure,
 )
 from raxel.report.page import check_report, new_report
 from raxel.sets import load_set
@@ -74,20 +74,20 @@ def test_page_has_every_name_as_text_and_every_figure(tmp_path):
         assert name in seen.texts
     assert "too dark" in seen.texts
     assert any(text.startswith("warning: d.png: excluded") for text in seen.texts)
-    pictures = {path.name for path in report.iterdir()} - {"index.html"}
-    assert set(seen.sources) == pictures
-    assert len(pictures) == 2 * 3 + 2
-    assert all(cv2.imread(str(report / name)) is not None for name in pictures)
+    figures = {path.name for path in report.iterdir()} - {"index.html"}
+    assert set(seen.sources) == figures
+    assert len(figures) == 2 * 3 + 2
+    assert all(cv2.imread(str(report / name)) is not None for name in figures)
 
 
 def test_page_shows_the_split_half_test(tmp_path, monkeypatch):
     drawn = []
 
-    def picture(*given):
+    def drawing(*given):
         drawn.append(given[-1].name)
-        return disagreement_picture(*given)
+        return disagreement_figure(*given)
 
-    monkeypatch.setattr(write, "disagreement_picture", picture)
+    monkeypatch.setattr(write, "disagreement_figure", drawing)
     report, boards = tmp_path / "report", boards_of(PINHOLE, count=6)
     folder, corners = write_made_set(tmp_path / "set", boards)
     arguments = ["calibrate", str(folder), "--corners", str(corners), "--model"]
@@ -111,11 +111,11 @@ def test_disagreement_arrows_have_the_right_length():
     pixels = np.array([[100.0, 60.0], [200.0, 60.0], [100.0, 200.0]])
     field = np.array([[0.5, 0.0], [0.5, 0.0], [np.nan, np.nan]])
     division = Division("near and far", ((), ()), 0.5, 0.1, 0.1, 0.5, field)
-    drawn = disagreement_picture(WIDTH, HEIGHT, pixels, division)
-    scattered = disagreement_picture(
+    drawn = disagreement_figure(WIDTH, HEIGHT, pixels, division)
+    scattered = disagreement_figure(
         WIDTH, HEIGHT, pixels, division._replace(allowed_px=5.0)
     )
-    blank = disagreement_picture(
+    blank = disagreement_figure(
         WIDTH, HEIGHT, pixels, division._replace(field=np.zeros((3, 2)))
     )
     # 5 % of the width, along u; a tenth of that where scatter would be ten times more.
@@ -164,29 +164,29 @@ def test_failed_report_keeps_the_old_one(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["report"]
 
 
-def changed(picture, before, point, canvas_scale, reach=6):
+def changed(drawing, before, point, canvas_scale, reach=6):
     """How many pixels differ around a point of the image."""
     u, v = np.rint((np.asarray(point) + 0.5) * canvas_scale - 0.5).astype(int)
     part = np.s_[max(v - reach, 0) : v + reach + 1, max(u - reach, 0) : u + reach + 1]
-    return np.count_nonzero(np.any(picture[part] != before[part], axis=-1))
+    return np.count_nonzero(np.any(drawing[part] != before[part], axis=-1))
 
 
 def test_corners_are_drawn_and_missing_ones_predicted():
     (pixels,) = boards_of(PINHOLE, count=1)
     grey = np.full((HEIGHT, WIDTH), 90, np.uint8)
     nothing = view_of(np.full_like(pixels, np.nan))
-    blank = corner_picture(grey, nothing, nothing.pixels)
+    blank = corner_figure(grey, nothing, nothing.pixels)
     holes = pixels.copy()
     holes[[0, 31]] = np.nan
-    picture = corner_picture(grey, view_of(holes), pixels)
+    drawing = corner_figure(grey, view_of(holes), pixels)
     scale = blank.shape[1] / WIDTH
-    assert all(changed(picture, blank, point, scale) for point in pixels)
+    assert all(changed(drawing, blank, point, scale) for point in pixels)
     # Red, where no corner was found.
     u, v = np.rint((pixels[31] + 0.5) * scale - 0.5).astype(int)
-    b, g, r = picture[v, u].astype(int)
+    b, g, r = drawing[v, u].astype(int)
     assert r > 150
     assert max(b, g) < 100
-    unknown = corner_picture(grey, view_of(holes), nothing.pixels)
+    unknown = corner_figure(grey, view_of(holes), nothing.pixels)
     assert not changed(unknown, blank, pixels[31], scale)
 
 
@@ -195,14 +195,14 @@ def test_arrows_start_at_the_corner_along_the_residual():
     off = np.array([[0.5, 0.0], [0.0, 0.25]])
     scale = ArrowScale.of(off, WIDTH)
     assert scale.magnified * 0.5 == pytest.approx(0.05 * WIDTH, rel=0.03)
-    picture = pooled_picture(WIDTH, HEIGHT, [(at, off)], scale)
-    blank = pooled_picture(WIDTH, HEIGHT, [], scale)
-    canvas = picture.shape[1] / WIDTH
+    drawing = pooled_figure(WIDTH, HEIGHT, [(at, off)], scale)
+    blank = pooled_figure(WIDTH, HEIGHT, [], scale)
+    canvas = drawing.shape[1] / WIDTH
     for point, residual in zip(at, off, strict=True):
         along = point + 0.5 * scale.magnified * residual
-        assert changed(picture, blank, along, canvas, reach=1)
+        assert changed(drawing, blank, along, canvas, reach=1)
         against = point - 0.5 * scale.magnified * residual
-        assert not changed(picture, blank, against, canvas, reach=1)
+        assert not changed(drawing, blank, against, canvas, reach=1)
     # A residual much longer than the others is truncated, and red.
     vector, cut = scale.arrow(np.array([0.0, 50.0]))
     assert cut
@@ -214,7 +214,7 @@ def test_only_truncated_arrows_are_red(length, colour):
     canvas = Canvas(100, 60)
     residual = np.array([[length, 0.0]])
     _arrows(canvas, np.array([[20.0, 30.0]]), residual, ArrowScale(20, 2.0), RESIDUAL)
-    drawn = set(map(tuple, canvas.picture.reshape(-1, 3)))
+    drawn = set(map(tuple, canvas.image.reshape(-1, 3)))
     assert drawn & {CUT, RESIDUAL} == {colour}
 
 
@@ -223,21 +223,21 @@ def test_legend_arrow_has_the_length_of_its_value(width):
     scale = ArrowScale.of(np.tile([0.5, 0.0], (20, 1)), width)
     canvas = Canvas(width, 30)
     (key, words), _ = scale.legend(canvas)
-    assert words.startswith("0.5 px, drawn")
+    assert words.startswith("0.5 px, magnified")
     ends = canvas.place([[0.0, 0.0], scale.arrow(np.array([0.5, 0.0]))[0]])
     assert key == pytest.approx(ends[1, 0] - ends[0, 0])
 
 
 def test_coverage_counts_boards_and_marks_the_end_of_rays():
     square = view_of(BOARD.points() + [20, 20])
-    beside = view_of(BOARD.points() + [60, 20])
+    second = view_of(BOARD.points() + [60, 20])
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[20:141, 20:200] = True
-    picture = coverage_picture([square, beside], WIDTH, HEIGHT, mask)
-    scale = picture.shape[1] / WIDTH
+    drawing = coverage_figure([square, second], WIDTH, HEIGHT, mask)
+    scale = drawing.shape[1] / WIDTH
 
     def colour(u, v):
-        return tuple(picture[int((v + 0.5) * scale), int((u + 0.5) * scale)])
+        return tuple(drawing[int((v + 0.5) * scale), int((u + 0.5) * scale)])
 
     assert colour(33, 70) == colour(213, 70) == (235, 206, 170)
     assert colour(110, 70) == (222, 165, 100)
@@ -249,7 +249,7 @@ def test_coverage_counts_boards_and_marks_the_end_of_rays():
 def test_image_fills_the_figure(size):
     """Both end half a pixel outside the outermost pixel centres."""
     canvas = Canvas(*size)
-    whole = np.array(canvas.picture.shape[1::-1])
+    whole = np.array(canvas.image.shape[1::-1])
     ends = canvas.place([[-0.5, -0.5], np.array(size) - 0.5])
     np.testing.assert_allclose(ends, [[-0.5, -0.5], whole - 0.5], atol=0.5)
     np.testing.assert_array_equal(ends[0], -0.5)

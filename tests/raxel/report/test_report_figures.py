@@ -10,9 +10,9 @@ from raxel.report import images as active_grid
 from raxel.report import mirror
 from raxel.report import mirror as mirror_pictures
 from raxel.report.canvas import INK, MISSING, QUIET, STRIP, Canvas
-from raxel.report.images import COLOURS, corner_picture, grid_picture
-from raxel.report.mirror import profile_picture
-from raxel.report.page import Photograph, _divisions, _row, _vote
+from raxel.report.images import COLOURS, corner_figure, grid_figure
+from raxel.report.mirror import profile_figure
+from raxel.report.page import ReportImage, _divisions, _row, _vote
 from raxel.report.write import _arrows as arrows_of
 from raxel.report.write import _predicted
 from tests.made_sets import BOARD, PINHOLE, K
@@ -23,7 +23,7 @@ NAN = float("nan")
 @pytest.mark.parametrize(("paleness", "grey"), [(0.0, 100), (0.2, 131), (1.0, 255)])
 def test_pale_images_are_nearer_to_white(paleness, grey):
     canvas = Canvas(20, 10, np.full((10, 20), 100, np.uint8), paleness)
-    assert (canvas.picture == grey).all()
+    assert (canvas.image == grey).all()
 
 
 def cells(row):
@@ -35,7 +35,7 @@ def test_image_row_has_numbers_in_the_order_of_heads():
     score = SimpleNamespace(
         n_corners=50, n_without_ray=7, rms_px=0.4, median_px=0.3, mean_deg=0.2
     )
-    row = _row(Photograph("one", score, "seen", "residuals", ""))
+    row = _row(ReportImage("one", score, "seen", "residuals", ""))
     assert cells(row) == ["50", "7", "0.400", "0.300", "0.2000"]
 
 
@@ -57,7 +57,7 @@ def test_corners_are_numbered_row_by_row(monkeypatch):
     )
     lattice = np.stack(np.meshgrid([20.0, 120, 220], [30.0, 130]), axis=-1)
     view = SimpleNamespace(rows=2, columns=3, pixels=lattice.reshape(-1, 2))
-    corner_picture(np.zeros((160, 240), np.uint8), view, view.pixels)
+    corner_figure(np.zeros((160, 240), np.uint8), view, view.pixels)
     assert texts == {str(k): tuple(point) for k, point in enumerate(view.pixels)}
 
 
@@ -70,20 +70,20 @@ def test_grid_colours_follow_x_and_y():
         pixels=np.full((1, 2), NAN),
         area=lambda: location[..., 0].size,
     )
-    drawn = grid_picture(np.zeros((60, 80), np.uint8), view)[:240, :320].astype(float)
+    drawn = grid_figure(np.zeros((60, 80), np.uint8), view)[:240, :320].astype(float)
     _, green, red = np.moveaxis(drawn, 2, 0)
     assert red[220:236].mean() > red[4:20].mean() + 100
     assert green[:, 4:20].mean() > green[:, 300:316].mean() + 100
 
 
 def test_deviation_colours_are_those_of_the_legend(monkeypatch):
-    monkeypatch.setattr(Canvas, "with_legend", lambda self, _: self.picture)
+    monkeypatch.setattr(Canvas, "with_legend", lambda self, _: self.image)
     sigma = np.full((20, 30, 2), 0.1)
     sigma[:, 15:] = 0.4
     decoded = SimpleNamespace(sigma=sigma, unit="mm")
     drawn = active_grid._deviations(decoded, np.zeros((20, 30), np.uint8))
-    assert tuple(drawn[40, 20]) == active_grid.SURE
-    assert tuple(drawn[40, 100]) == active_grid.UNSURE
+    assert tuple(drawn[40, 20]) == active_grid.CERTAIN
+    assert tuple(drawn[40, 100]) == active_grid.UNCERTAIN
 
 
 def test_contour_lines_of_x_have_the_colour_of_x():
@@ -113,7 +113,7 @@ def test_grid_residuals_are_every_second_row_and_column():
 
 def test_higher_profile_is_drawn_above():
     along = np.tile(np.linspace(0, 50, 81), (2, 1))
-    drawn = profile_picture(along, np.stack([np.zeros(81), np.full(81, 5.0)]))[:400]
+    drawn = profile_figure(along, np.stack([np.zeros(81), np.full(81, 5.0)]))[:400]
     rows = [np.nonzero((drawn == c).all(axis=2))[0].mean() for c in COLOURS[:2]]
     assert rows[1] < rows[0] - 200
 
@@ -123,15 +123,15 @@ def test_profile_end_moves_towards_the_camera_by_its_height(tmp_path, monkeypatc
     along = np.array([[0.0, 5, 10], [0.0, 4, 8]])
     height = np.array([[0.0, 0.5, 1.0], [0.0, 1.0, 3.0]])
     given, blank = [], np.zeros((4, 4, 3), np.uint8)
-    photograph = SimpleNamespace(name="a", pixels=np.zeros((1, 2)))
+    view = SimpleNamespace(name="a", pixels=np.zeros((1, 2)))
     found = SimpleNamespace(
-        views=[SimpleNamespace(stage=0, view=photograph)], cameras=[None],
+        views=[SimpleNamespace(stage=0, view=view)], cameras=[None],
         bundle=SimpleNamespace(residuals=[np.ones((1, 2))]),
     )  # fmt: skip
     stages = SimpleNamespace(views=[SimpleNamespace(label="a", photograph="a")])
     for name, value in {
-        "read_image": blank[..., 0], "_counted": photograph.pixels,
-        "residual_picture": blank, "shape_picture": blank, "profile_picture": blank,
+        "read_image": blank[..., 0], "_counted": view.pixels,
+        "residual_figure": blank, "shape_figure": blank, "profile_figure": blank,
         "profiles": (along, height),
     }.items():  # fmt: skip
         monkeypatch.setattr(mirror, name, lambda *_, value=value: value)
@@ -172,7 +172,7 @@ def test_only_knot_intervals_without_corners_are_red(monkeypatch):
 def test_crosses_have_the_same_size_in_all_figures(width):
     canvas = Canvas(width, width // 2)
     canvas.cross(np.array([width / 2, width / 4]), QUIET, 5)
-    there = np.any(canvas.picture < 255, axis=2)
+    there = np.any(canvas.image < 255, axis=2)
     rows, columns = np.flatnonzero(there.any(axis=1)), np.flatnonzero(there.any(axis=0))
     assert 10 <= np.ptp(rows) <= 13
     assert 10 <= np.ptp(columns) <= 13
@@ -183,8 +183,8 @@ def test_long_legends_continue_on_another_strip(monkeypatch):
     canvas, words = Canvas(240, 120), "w" * 50
     whole = canvas.with_legend([(INK, words)])
     wide = np.flatnonzero((whole[-STRIP:] < 255).any(axis=(0, 2))).max()
-    assert wide < canvas.picture.shape[1] < 2 * wide
-    height = canvas.picture.shape[0]
+    assert wide < canvas.image.shape[1] < 2 * wide
+    height = canvas.image.shape[0]
     assert len(canvas.with_legend(2 * [(INK, words)])) == height + 2 * STRIP
     assert len(canvas.with_legend(2 * [(INK, "w")])) == height + STRIP
 
