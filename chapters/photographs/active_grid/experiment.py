@@ -121,7 +121,7 @@ def calibration_part(folder):
     return {
         "reason": "",
         "views": len(views),
-        **{name: {"reason": why} for name, why in compared.refused.items()},
+        **{name: {"reason": why} for name, why in compared.failed.items()},
         **{
             name: {
                 "rms_px": kept_out.rms_px,

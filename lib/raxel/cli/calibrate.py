@@ -136,7 +136,7 @@ def _used(fitted, images, views):
 
 
 def _central_test(images, views, size):
-    """CentralTest of the views that went into the fit, None where there is none."""
+    """CentralTest of the views that went into the fit, None for fewer than three."""
     poses = [score.T_camera_grid for score in images]
     posed = [k for k, T in enumerate(poses) if T is not None]
     if len(posed) < 3:

@@ -64,7 +64,7 @@ def _formula_fields(camera):
 
 
 def shape_fields(test, views):
-    """A BoardTest as JSON; None where there is none. Lengths are in the unit of the
+    """A BoardTest, or None, as JSON. Lengths are in the unit of the
     result; `middle` and `size` are of the area that the corners of the views span."""
     if test is None:
         return None
@@ -91,8 +91,7 @@ def corners_of(views):
 
 
 def central_fields(test):
-    """A CentralTest as JSON, lengths in the unit of the result; None where there is
-    none."""
+    """A CentralTest, or None, as JSON; lengths in the unit of the result."""
     return test and {
         "central": test.central,
         "p_value": test.p_value,

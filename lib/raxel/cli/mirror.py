@@ -182,7 +182,7 @@ def _stage(mirror_set, found, stage, path):
 
 
 def _spread(residuals):
-    """{mean, sd} of distances, None where there are none."""
+    """{mean, sd} of distances; None without any."""
     residuals = residuals[np.isfinite(residuals)]
     if len(residuals) == 0:
         return {"mean": None, "sd": None}

@@ -25,7 +25,7 @@ from raxel.sets.model import ImageSet
 from raxel.sets.reference import load_reference
 
 GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
-FAR_MM = 1000.0  # from the centre, where a direction becomes a point
+FAR_MM = 1000.0  # from the centre: point on a ray, for a direction
 
 
 def score_corners(image_set: ImageSet, boards: Iterable[Board]) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def score_corners(image_set: ImageSet, boards: Iterable[Board]) -> dict[str, Any
     dict
         ``views``, ``found``, ``right``: counts. ``wrong``: names of boards that are
         found but not correct. ``rms_px``, ``median_px``, ``max_px``: over the corners
-        of the correct boards, None if there are none. ``images``: per view ``file``,
+        of the correct boards, None without any. ``images``: per view ``file``,
         ``found``, ``right``, and ``rms_px`` and ``max_px`` of its corners.
 
     Raises
@@ -206,7 +206,7 @@ def truth_folder(image_set: ImageSet) -> Path:
 
 
 def _spread(errors, unit, names=("rms", "median", "max")):
-    """{rms_unit, median_unit, max_unit} of errors (N,); None where there are none."""
+    """{rms_unit, median_unit, max_unit} of errors (N,); None without any."""
     if errors is None or not len(errors):
         return {f"{name}_{unit}": None for name in names}
     of = {

@@ -1,25 +1,26 @@
-"""Do the board's corners lie where they are said to lie?
+"""Test whether the corners of a board are at their nominal positions.
 
-A camera takes in much of what a dent, a lifted corner or a bad print does to a board's
-corners, and rays are then off by several times what is stated. But one board is in all
-photographs: what its corners do in its own frame they do in each, and noise, light and
-a lens do not. So the residuals of all photographs are asked together for displacements
-of the corners, along the board and out of it, each photograph through its own view. The
-poses, a correction of the camera by a field over the image, and the bends and the
-stretch that a fit may take are free beside them.
+A camera absorbs much of what a dent, a lifted corner or a bad print does to a board,
+and the errors of its rays are then several times the predicted ones. But the same board
+is in all images: displaced corners have the same effect in the frame of the board in
+each image, noise, light and the lens do not. Therefore the residuals of all images
+together determine displacements of the corners, in the plane of the board and out of
+it. The poses, a correction of the camera by a field over the image, and the bends and
+the stretch that a fit may use are free parameters, too.
 
-The displacements are polynomials of the place on the board, orthogonal over its
-lattice, in groups by their degree: what bends slowly is smooth, a misprinted row is
-not. Each group is held against how far photographs differ from each other in the same
-displacements, whatever makes them do so, and never against less than the scatter of
-single corners. Squares that are larger some ways than others are fewer than ways (F. E.
-Satterthwaite 1946, doi:10.2307/3002019), and their ratio has Fisher's distribution.
+The displacements are polynomials of the position on the board, orthogonal over its
+lattice, in groups by degree: a slow bend is smooth, a misprinted row is not. The
+squares of each group are compared with the differences between images in the same
+displacements, and never with less than the scatter of single corners. Where squares
+have different sizes, their effective number is smaller (F. E. Satterthwaite 1946,
+doi:10.2307/3002019); their ratio has an F distribution.
 
-How far a corner is off is the mean that remains of a Gaussian prior, as wide as the
-group itself shows (B. Efron and C. Morris 1973, doi:10.1080/01621459.1973.10481350).
+The displacement of a corner is the posterior mean for a Gaussian prior, whose width the
+group itself determines (B. Efron and C. Morris 1973,
+doi:10.1080/01621459.1973.10481350).
 
-A finder that errs alike on each board, at its rim say, does the same. So does a lens
-that the camera does not follow where all boards are seen alike.
+A detector with the same error on each board, e.g. at its edge, has the same effect. So
+has a lens that the model does not fit, if all boards have similar poses.
 """
 
 from collections import Counter
@@ -40,18 +41,18 @@ from raxel.evaluation.distortion import (
 from raxel.evaluation.misfit import correction_fields, rms_moved, seen_on
 
 P_THRESHOLD = 1e-4  # p-value, times the number of groups
-DEGREE_LIMITS = (-1, 2, 3, 5, 8, np.inf)  # between which those of each group lie
+DEGREE_LIMITS = (-1, 2, 3, 5, 8, np.inf)  # limits of the groups
 MAX_N_MODES = 80  # along each axis, the smoothest first
 
 
 class BoardCorners(NamedTuple):
-    """Where a board's corners lie beyond where a fit takes them to be.
+    """Displacements of a board's corners from the positions that a fit assumes.
 
     offsets and sd (K, 3): of each corner, in the board's frame and unit, and standard
-    deviations, 0 where no group of displacements shows; p_value: how often a board that
-    is as stated shows as much, of the group that shows most, times their number;
-    rays_px: RMS by which these offsets move the rays of a lens that is free to follow
-    them, after the best rotation, where boards were seen; columns: of the lattice.
+    deviations; 0 where no group of displacements is significant; p_value: of the most
+    significant group, under the nominal positions, times the number of groups; rays_px:
+    RMS by which these offsets move the rays of a lens that is free to follow them,
+    after the best rotation, in the area of the boards; columns: of the lattice.
     """
 
     offsets: np.ndarray
@@ -62,17 +63,17 @@ class BoardCorners(NamedTuple):
 
     @property
     def as_stated(self):
-        """Whether nothing is to be said."""
+        """Whether the corners have no significant displacement."""
         return self.p_value > P_THRESHOLD
 
     @property
     def worst(self):
-        """Number of the corner that lies farthest off."""
+        """Number of the corner with the largest displacement."""
         return int(np.argmax(np.linalg.norm(self.offsets, axis=1)))
 
     @property
     def distance(self):
-        """(how far that corner is off, standard deviation of that)."""
+        """(displacement of that corner, its standard deviation)."""
         offset, sd = self.offsets[self.worst], self.sd[self.worst]
         length = np.linalg.norm(offset)
         return float(length), float(np.linalg.norm(offset * sd) / max(length, 1e-300))
@@ -211,32 +212,32 @@ def _estimated(normal, right, groups):
     return covariance @ right / variance, covariance
 
 
-# Corners that do not fit although their neighbours do. A camera that does not fit, a
-# pose that wrong corners pull aside, a shutter that rolls: all move neighbours alike.
-# A corner that a detector took for another one stands alone. So each residual is held
-# against the median of those around it on the lattice, or of what these continue to
-# where they have a slope, and the differences against their scatter. What stands
-# alone says nothing of the camera: it is counted and named, and what is left says
-# whether the camera fits.
+# Outlier corners: those that do not fit although their neighbours do. A model misfit, a
+# pose with the influence of wrong corners, a rolling shutter: all move neighbours
+# alike. A corner that a detector confused with another one has no such neighbours.
+# Therefore each residual is compared with the median of those around it on the
+# lattice, or with their extrapolation where they have a slope, and the differences
+# with their scatter. Outliers are no evidence about the camera: they are counted and
+# named, and the other corners determine whether the camera fits.
 
 
-# Of the scatter, as robust fits of lenses take corners for wrong: that of differences,
-# or that of the board's residuals where the camera does not fit it. No corner is known
-# better than MIN_SD_PX.
+# Limit in standard deviations, as in the robust fits of lenses: of the differences, or
+# of the board's residuals where the camera does not fit it. No corner is more accurate
+# than MIN_SD_PX.
 OUTLIER_SIGMAS, MIN_SD_PX = 6.0, 0.01
 RAYLEIGH = 1.1774  # median distance of two coordinates that scatter by 1
 MIN_N_NEIGHBOURS = 3
 NEIGHBOURS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
-# Of a residual: what moves a corner alone does not move two of its neighbours so far
-# the same way.
+# Fraction of a residual: an error of one corner does not move two of its neighbours so
+# far in the same direction.
 MIN_SHARED_FRACTION = 0.25
-MAX_N_ROUNDS = 5  # until no further one is found: poses are better without the first
+MAX_N_ROUNDS = 5  # until no further one is found: poses improve without the first
 
 
 class WrongCorners(NamedTuple):
     """whole: the camera's Evaluation on all corners; views: those given, without wrong
     corners; evaluation: the Evaluation on these; wrong: [(name of the view, number of
-    the corner, px off)]."""
+    the corner, error in px)]."""
 
     whole: Evaluation
     views: list
@@ -265,7 +266,7 @@ def without_wrong_corners(camera, views, shape=None):
     whole = found = evaluate_camera(camera, views, shape)
     left, alone = list(views), {}
     for _ in range(MAX_N_ROUNDS):
-        places = _standing_alone(found.images, left)
+        places = _outliers(found.images, left)
         if not any(own.any() for own in places):
             break
         for k, own in enumerate(places):
@@ -279,9 +280,9 @@ def without_wrong_corners(camera, views, shape=None):
     return WrongCorners(whole, left, found, wrong)
 
 
-def _standing_alone(scores, views):
-    """(N,) bool of each view: corners far off where those around them are not."""
-    found = [_beside_neighbours(*pair) for pair in zip(scores, views, strict=True)]
+def _outliers(scores, views):
+    """(N,) bool of each view: corners with errors that their neighbours lack."""
+    found = [_from_neighbours(*pair) for pair in zip(scores, views, strict=True)]
     typical = np.concatenate([off for off, _ in found])
     typical = typical[np.isfinite(typical)]
     if len(typical) == 0:
@@ -295,7 +296,7 @@ def _standing_alone(scores, views):
     return alone
 
 
-def _beside_neighbours(score, view):
+def _from_neighbours(score, view):
     """Distances (N,) px of residuals from what those around them lead one to expect,
     NaN where there are too few; and (N,) bool: two of these go the same way."""
     lattice = score.residuals_px.reshape(view.rows, view.columns, 2)

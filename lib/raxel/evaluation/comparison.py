@@ -31,9 +31,9 @@ from raxel.evaluation.diagnoses import Diagnosis, diagnosis, known
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
 
-# What a point counts as that a model has no ray for, and the most that any counts as.
+# Error of a point without a ray, and the largest error of any point.
 MISSED_PX = 5.0
-# Models whose errors are this near to the smallest are as good: the simplest is taken.
+# Models with errors up to this ratio to the smallest are equal (the simplest counts).
 EQUAL_RATIO = 1.02
 
 
@@ -46,8 +46,8 @@ class ModelComparison(NamedTuple):
         Scores of each model on all corners.
     common : dict of str to Evaluation
         Scores on the corners for which every model in `own` has an answer, from boards
-        held out of all of them; empty if there are none.
-    refused : dict of str to str
+        held out of all of them; empty without any.
+    failed : dict of str to str
         Reason for each model that gave no camera at all.
     errors_px : dict of str to float
         Errors, px, that rank the models: RMS distance of all held-out corners. A corner
@@ -56,7 +56,7 @@ class ModelComparison(NamedTuple):
 
     own: dict
     common: dict
-    refused: dict
+    failed: dict
     errors_px: dict
 
     def best(self) -> str:
@@ -66,8 +66,8 @@ class ModelComparison(NamedTuple):
     def choice(self) -> tuple[str, str]:
         """Return the best model and the reason in words.
 
-        The best model is the first of those whose error is at most EQUAL_RATIO times the
-        smallest.
+        The best model is the first of those whose error is at most EQUAL_RATIO times
+        the smallest.
 
         Returns
         -------
@@ -82,7 +82,7 @@ class ModelComparison(NamedTuple):
             If no model is left (codes ``no-camera``, ``no-overlap``).
         """
         if not self.own:
-            raise CalibrationError("; ".join(self.refused.values()), code="no-camera")
+            raise CalibrationError("; ".join(self.failed.values()), code="no-camera")
         errors = {m: self.errors_px[m] for m, e in self.own.items() if e.n_scored}
         if not errors:
             raise CalibrationError(
@@ -132,7 +132,7 @@ class ModelComparison(NamedTuple):
         }
         for model, common in self.common.items():
             tried[model]["common"] = common.totals()
-        return tried | {name: {"refused": why} for name, why in self.refused.items()}
+        return tried | {name: {"refused": why} for name, why in self.failed.items()}
 
 
 def compare_models(
@@ -158,15 +158,15 @@ def compare_models(
         The scores.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
-    own, refused, parts = {}, {}, _parts(views, folds)
+    own, failed, parts = {}, {}, _parts(views, folds)
     for model, build in cameras.items():
         try:
             own[model] = cross_validate(build, views, parts)
         except CalibrationError as fault:
-            refused[model] = str(fault)
+            failed[model] = str(fault)
     common = _on_shared(cameras, own, views, parts) if len(own) > 1 else {}
     errors = {model: counted_error_px(found, views) for model, found in own.items()}
-    return ModelComparison(own, common, refused, errors)
+    return ModelComparison(own, common, failed, errors)
 
 
 def counted_error_px(
@@ -198,7 +198,7 @@ def counted_error_px(
 
 
 def _parts(views, folds):
-    """Indices of the views of each part, near copies in one, but where all views are
+    """Indices of the views of each part; near copies are in one, unless all views are
     copies of one."""
     groups = np.unique(near_copies(views), return_inverse=True)[1]
     if not groups.any():
@@ -208,10 +208,10 @@ def _parts(views, folds):
 
 
 def _on_shared(cameras, own, views, parts):
-    """Evaluations on the corners that all answer for; {} where there are none.
+    """Evaluations on the corners for which all models have a ray; {} without any.
 
-    Without the others a board has another pose, at which a model may miss a corner that
-    it had: this goes round until all answer for all.
+    Without the other corners a board has another pose, at which a model may miss a
+    corner that it had. This is repeated until all models score all corners.
     """
     parts = _parts_of_all(own, parts)
     common = own
@@ -227,7 +227,7 @@ def _on_shared(cameras, own, views, parts):
 
 
 class _Remembering:
-    """Builds a camera once for the same views, told by their names."""
+    """Build a camera once for the same views, identified by their names."""
 
     def __init__(self, build):
         self._build = build
@@ -241,7 +241,7 @@ class _Remembering:
 
 
 def _shared_corners(evaluations, views):
-    """The views with only those corners that all can answer for."""
+    """The views with only those corners that all models score."""
     scored = [{s.name: s for s in e.images} for e in evaluations.values()]
     shared = []
     for view in views:
@@ -254,33 +254,30 @@ def _shared_corners(evaluations, views):
 
 
 def _parts_of_all(evaluations, parts):
-    """The parts that every model gave a camera for."""
+    """The parts for which every model gave a camera."""
     folds_of = [{score.fold for score in e.images} for e in evaluations.values()]
     whole = set.intersection(*folds_of)
     return [parts[fold] for fold in sorted(whole)]
 
 
-# How wrong are the rays of a mirror that bends? What the fit says, and what it
-# cannot. Three things make rays wrong. Noise of the corners and the monitor's points:
-# the bundle's covariance. A mirror that is no such spline: what residuals have beyond
-# the corners' noise, however much that hides of it. And the viewer's own calibration,
-# which the fit takes for exact: every pose of a board and every shape comes through
-# it. That one is asked by calibrating again, with viewers that are a standard
-# deviation aside, along each direction in which their parameters scatter. An error of
-# a direction has two components; of one with this root mean square length half are
-# smaller than sqrt(ln 2) of it. What a common rotation of all rays does is a choice
-# of axes and no error. Frame: the viewer's.
+# Predicted errors of the rays of a flexible mirror. There are three sources. Noise of
+# the corners and of the monitor's points: the covariance of the bundle adjustment. A
+# mirror that is no such spline: the excess of the residuals over the corners' noise.
+# And the calibration of the camera that views the mirror, which the fit assumes exact:
+# all poses and shapes depend on it. Its effect is determined by calibrating again, with
+# cameras changed by a standard deviation along each principal axis of the covariance
+# of their parameters. The error of a direction has two components; half of the errors
+# are smaller than sqrt(ln 2) times their RMS length. A common rotation of all rays is a
+# choice of axes and no error. Frame: that of the camera.
 
 
 PINHOLE = LensFormula("perspective", 2, 0, 0)
-MEDIAN_OVER_RMS = np.sqrt(
-    np.log(2)
-)  # of the length of two equal components, in its RMS
+MEDIAN_OVER_RMS = np.sqrt(np.log(2))  # of the length of two equal components
 
 
 def viewers_aside(camera, boards):
-    """Viewers, each one standard deviation aside: a PerspectiveCamera's parameters by
-    the BoardViews that it was fitted to, along the axes of their covariance."""
+    """PerspectiveCameras, each changed by one standard deviation along a principal
+    axis of the covariance that the BoardViews of the camera determine."""
     K = camera.K
     values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *camera.radial])
     poses = [score.T_camera_grid for score in evaluate_camera(camera, boards).images]
@@ -296,11 +293,11 @@ def viewers_aside(camera, boards):
 
 
 def predicted_errors(views, found, pixels, aside=()):
-    """Median error that is expected of each stage's rays, degrees: an array (N,) each.
+    """Predicted median error of each stage's rays, degrees: an array (N,) each.
 
     views: MirrorViews; found: their MirrorCalibration; pixels: (N, 2) for each stage;
-    aside: viewers a standard deviation aside, none where that is not known. NaN where
-    a stage has no ray. Raises CalibrationError where another viewer gives no mirror.
+    aside: cameras changed by a standard deviation, empty where it is unknown. NaN where
+    a stage has no ray. Raises CalibrationError where such a camera gives no mirror.
     """
     squares = [
         2 * _noise(found, stage, own) ** 2 + 2 * _misfit(found, stage) ** 2
@@ -322,8 +319,8 @@ def _noise(found, stage, pixels):
 
 
 def _misfit(found, stage):
-    """Radians, of one component: what residuals have beyond the corners' noise, small
-    or not; what the bundle tells of it where it is sure."""
+    """Radians, of one component: excess of the residuals over the corners' noise; at
+    least the misfit that the bundle adjustment found."""
     own = [k for k, view in enumerate(found.views) if view.stage == stage]
     stated = [found.views[k].view.sd for k in own]
     off = np.radians(found.residuals_deg(stage))
@@ -336,16 +333,15 @@ def _misfit(found, stage):
 
 
 def _turn(viewer, other, pixels):
-    """Rotation (3, 3) that takes the directions of a viewer to those of another."""
+    """Rotation (3, 3) that maps the directions of a camera to those of another."""
     mine, its = (one.rays(pixels).directions for one in (viewer, other))
     known = np.isfinite(mine).all(axis=1) & np.isfinite(its).all(axis=1)
     return nearest_rotation(its[known].T @ mine[known])
 
 
-# Where corners fall when they are cast back onto their board, in mm (5.3.3). Of a
-# camera that has no centre, such as one that looks into a mirror. The board's pose is
-# the one that the camera itself finds: a shape that is wrong all over may hide in it,
-# so beside these errors stand those against a known shape where there is one.
+# Back-projection of corners onto their board, in mm (5.3.3), for non-central cameras
+# such as one that views a mirror. The pose of the board is fitted with the camera. It
+# may absorb a wrong shape of the mirror; errors against a known shape do not.
 
 
 class BackProjection(NamedTuple):

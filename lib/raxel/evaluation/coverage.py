@@ -1,12 +1,12 @@
-"""How much of the image and of the world a calibration knows.
+"""Image area that the boards cover, and the uncertainty of the rays outside it.
 
-Rays outside the area of the boards are known by extrapolation alone. The covariance of
-a formula holds there if the lens follows it, which lenses do only nearly. So the rays
-are judged by what the boards determine of a lens that is free to depart from the fit by
-any field of third degree over the image, and by radial terms of fifth and seventh
-(`evaluation.corrections`): as little as they limit such a field, as far may rays be
-off, and no residual shows it. Under the boards that is a fraction of a pixel; outside
-it grows with up to the seventh power of the distance.
+Rays outside the area of the boards are extrapolated. The covariance of a parametric
+model is valid there only if the lens follows the model, which lenses do approximately.
+Therefore the uncertainty is that of a lens that may deviate from the fit by any field
+of third degree over the image, and by radial terms of fifth and seventh degree
+(`evaluation.misfit`), as far as the boards do not constrain it. No residual shows such
+an error. Inside the boards it is a fraction of a pixel; outside it grows with up to the
+seventh power of the distance.
 """
 
 from typing import NamedTuple
@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 N_SAMPLES = 257  # along a line across the image
-N_GRID = 64  # pixels each way that stand for all
-# SD from which on a ray is taken for unknown: it may as well be its neighbour's. And
-# how many times that under the boards it must be, so that the boards' reach and not
-# their corners' noise is to blame.
+N_GRID = 64  # pixels along each axis, for all
+# SD above which a ray is unknown: it may as well be that of the next pixel. And its
+# minimum ratio to the SD inside the boards, so that the cause is the area of the boards
+# and not the noise of their corners.
 UNKNOWN_SD_PX, UNKNOWN_SD_RATIO = 1.0, 2.0
-MIN_UNKNOWN_SHARE = 1 / 10  # of the image, unknown: more than a rim, or one corner
+MIN_UNKNOWN_SHARE = 1 / 10  # of the image: more than an edge, or one corner
 
 
 def board_counts(views, width, height):
@@ -37,8 +37,8 @@ def board_counts(views, width, height):
 def field_of_view(camera):
     """Angles in degrees that rays cover: horizontal, vertical, from_axis (NaN: none).
 
-    The first two along the middle row and column, from the rim of the first pixel to
-    that of the last, past any hole, and more than 180 where rays look behind;
+    The first two along the middle row and column, from the outer edge of the first
+    pixel to that of the last, across holes, more than 180 where rays point backwards;
     from_axis: the largest angle of a ray to the camera's z axis.
     """
     half = (np.array([camera.width, camera.height]) - 1) / 2
@@ -67,9 +67,9 @@ def _turned(rays):
 
 class BeyondBoards(NamedTuple):
     """share: of the pixels that have a ray, those outside the convex hull of all
-    corners; unknown: of them, those outside whose ray is known to less than UNKNOWN_SD_PX;
-    largest_px: SD of the worst ray outside, 0 where there is none; under_px: RMS of the
-    SDs of rays under boards. SDs are distances in px, after the best rotation."""
+    corners; unknown: of them, those outside with an SD above UNKNOWN_SD_PX; largest_px:
+    SD of the worst ray outside, 0 without any; under_px: RMS of the SDs of rays inside
+    boards. SDs are distances in px, after the best rotation."""
 
     share: float
     unknown: float
@@ -90,7 +90,7 @@ class BeyondBoards(NamedTuple):
 def beyond_boards(fields, covariance, views, seen):
     """The BeyondBoards of CorrectionFields, by the covariance (K, K) of their shapes.
 
-    seen (N,) bool: the fields' pixels where boards were seen. None where there is none.
+    seen (N,) bool: the fields' pixels inside boards. None without any.
     """
     import cv2
 

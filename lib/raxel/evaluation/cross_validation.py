@@ -1,13 +1,14 @@
-"""How well does a camera predict boards it has not seen? Poses are refitted, no more.
+"""Errors of a camera on boards that it was not fitted to: only poses are refitted.
 
-The board's pose is fitted twice, the same way for every model. Angles are judged at the
-pose that fits the rays of its corners best: least squares of the sines of the angles
-between rays and board corners. Pixels are judged at the pose with the smallest
-reprojection error, reached from there. Each error is so the smallest that the camera
-allows; at the other's pose a camera that does not fit would look worse than it is.
+The pose of a board is fitted twice, the same way for every model. Angles are evaluated
+at the pose that fits the rays of its corners best: least squares of the sines of the
+angles between rays and board corners. Distances in px are evaluated at the pose with
+the smallest reprojection error, starting from there. Each error is thus the smallest
+that the camera allows. At the other pose a camera that does not fit would have larger
+errors.
 
-A corner is scored where the camera has a ray for it and can project it where the first
-pose puts it. All others are counted: a score over few corners says so itself.
+A corner is scored where the camera has a ray for it and can project it at the first
+pose. All others are counted, which shows how few corners a score is based on.
 """
 
 from __future__ import annotations
@@ -39,10 +40,10 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.sets.reference import ReferenceCorners
 
-# Corners of one board against its true corners: each in its place, and in order?
+# Corners of one board compared with its true corners: position and order.
 
 
-BORDER_PX = 4.0  # a corner this near to the image's end need not be found
+BORDER_PX = 4.0  # a corner this near to the edge of the image may be missing
 
 
 def in_place(corners: ArrayLike, truth: ArrayLike, reach_px: float) -> bool:
@@ -177,7 +178,7 @@ def distances(points: np.ndarray, others: np.ndarray) -> NDArray[np.float64]:
     return np.linalg.norm(points[:, None] - others[None], axis=2)
 
 
-# Detected boards against reference corners of a set: how far off, and is it right?
+# Detected boards compared with reference corners of a set: errors and correctness.
 
 
 def corner_errors(
@@ -239,7 +240,7 @@ def _largest(errors):
     return errors.max(initial=0.0)
 
 
-MIN_N_CORNERS = 6  # six pose parameters take three corners; the rest is judged
+MIN_N_CORNERS = 6  # three corners determine a pose; the others are scored
 
 
 class ImageScore(NamedTuple):
@@ -268,7 +269,7 @@ class ImageScore(NamedTuple):
         Pose that minimises the angles, for `mean_deg`. Where the camera projects none
         of the corners, both poses are this one.
     residuals_px : ndarray, shape (N, 2)
-        Found less projected corners, px; NaN where there is none.
+        Found less projected corners, px; NaN for missing ones.
     reason : str
         Why there is no score, or ''.
     fold : int or None
@@ -427,15 +428,15 @@ def cross_validate(
         If no part gave a camera (code ``no-camera``).
     """
     scores, left_out = [], {}
-    for fold, kept_out in enumerate(_parts(folds, len(views))):
-        rest = [view for i, view in enumerate(views) if i not in kept_out]
+    for fold, held_out in enumerate(_parts(folds, len(views))):
+        rest = [view for i, view in enumerate(views) if i not in held_out]
         try:
             built = model_builder(rest)
         except CalibrationError as error:
             left_out[fold] = str(error)
             continue
         camera, shape = built if isinstance(built, tuple) else (built, None)
-        for i in kept_out:
+        for i in held_out:
             score = _score(camera, check_view(views[i]), shape)
             scores.append(score._replace(fold=fold))
     if not scores:

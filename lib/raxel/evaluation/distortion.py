@@ -1,9 +1,9 @@
-"""What distortion is left after a calibration (thesis section 2.5), and by what angle.
+"""Residual distortion after a calibration, in px (thesis section 2.5) and as an angle.
 
-Pixels are turned into their rays, the rays meet a synthetic image plane at right angles
-to the principal ray, and a homography from the known metric grid is taken out. What
-remains is distortion. The homography also hides much of a wrong centre or pose, so an
-angular residual belongs beside it.
+Pixels are mapped to their rays, the rays meet a synthetic image plane perpendicular to
+the principal ray, and a homography from the known metric grid is removed. The remainder
+is distortion. The homography also absorbs much of a wrong centre or pose; the angular
+residual shows these.
 """
 
 from __future__ import annotations
@@ -212,15 +212,15 @@ def angular_residual(
     return np.arctan2(across, np.sum(directions * reference, axis=1))
 
 
-# Pose of a board by its reprojection error in px, for a camera of any kind. A camera
-# that does not fit is off by other amounts in px than in angle: far from the axis of
-# a wide lens a pinhole turns a small angle into many px. The pose that is best in
-# angle is then not the best in px, and each error is judged at its own best pose.
+# Pose of a board by its reprojection error in px, for any camera. The errors of a
+# camera that does not fit differ in px and in angle: far from the axis of a wide lens,
+# a small angle is many px of a pinhole. The pose with the smallest angles is then not
+# the one with the smallest px errors. Each error is evaluated at its own best pose.
 
 
 STEP_PX = 0.5  # to each side, for the derivatives of the rays
 MAX_N_STEPS = 50
-COST_TOL = 1e-6  # a cost that falls by a smaller share is at rest
+COST_TOL = 1e-6  # relative decrease of the cost at convergence
 ROUNDING_PX = 1e-11
 
 
@@ -228,11 +228,11 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     """Pose that minimises the squared distances in px of posed points from pixels.
 
     camera: any Camera that projects; pixels: (N, 2), found; points: (N, 2) on a flat
-    board, or (N, 3) in its frame; T_camera_grid: (4, 4), the start. Those corners count
-    that the camera can project from the start. A step that puts one of them where the
-    camera has no pixel is not taken: no pose is better for having lost its worst
-    corners, and the error is never larger than at the start. Levenberg-Marquardt; how a
-    pixel moves with its point comes from the rays around it.
+    board, or (N, 3) in its frame; T_camera_grid: (4, 4), the start. Only corners
+    count that the camera can project at the start. A step that moves one of them to
+    where the camera has no pixel is rejected: losing the worst corners is no
+    improvement. The error is never larger than at the start. Levenberg-Marquardt; the
+    derivatives of pixels come from the rays around them.
 
     Returns the pose (4, 4) and residuals (N, 2), found less projected, NaN for corners
     that do not count.
@@ -287,7 +287,7 @@ def pixels_by_point(camera, pixels, points):
     """Derivatives (N, 2, 3) of pixels by points that they see; zero where unknown.
 
     With X = o(p) + l d(p) a change of X across the ray is B dp, and B = o' + l d'
-    across the ray: the pseudo-inverse of B is what is asked for.
+    across the ray: the pseudo-inverse of B gives the derivatives.
     """
     steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     around = (pixels + steps[:, None]).reshape(-1, 2)
@@ -341,7 +341,7 @@ def scored_pairs(scores, views):
 
 
 def near_corners(pairs):
-    """(K,) bool of each view: corners no farther off than OUTLIER_SIGMAS times their scatter."""
+    """(K,) bool of each view: corners within OUTLIER_SIGMAS of their scatter."""
     distances = [np.linalg.norm(score.residuals_px, axis=1) for score, _ in pairs]
     typical = np.nanmedian(np.concatenate(distances)) / RAYLEIGH
     return [own <= OUTLIER_SIGMAS * max(typical, MIN_SD_PX) for own in distances]

@@ -1,11 +1,11 @@
-"""Does a camera fit its boards as well as their corners allow?
+"""Test whether a camera fits its boards as well as their corners allow.
 
-Noise moves every corner on its own. What a camera cannot follow moves neighbours alike:
-a lens of another law, rays that miss the centre, a shutter that rolls, boards of two
-cameras. So the second differences of the residuals along rows and columns of the
-lattice tell how much single corners scatter, whatever detector found them, and what
-the residuals hold beyond that is not the corners' noise. The standard deviation that a
-detector states says less: it knows the image's noise, but not the printer's.
+Noise moves every corner independently. A model misfit moves neighbours alike: another
+lens projection, rays that miss the centre, a rolling shutter, boards of two cameras.
+Therefore the second differences of the residuals along rows and columns of the lattice
+show the scatter of single corners, whatever detector found them, and the excess of the
+residuals is not the noise of the corners. The standard deviation that a detector
+predicts is less informative: it includes the noise of the image, but not the print.
 """
 
 from collections.abc import Callable
@@ -18,23 +18,23 @@ from raxel.evaluation.distortion import pixels_by_point, within_groups
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, transform
 
-# Residuals this many times the scatter, and this much beyond it, are a misfit. Boards
-# that are not quite flat, and cells that bend, reach 1.8 times; noise alone, 1.
+# Residuals above this multiple of the scatter, with this excess, are a misfit. Boards
+# that are not quite flat, and bent cells, reach 1.8 times; noise alone, 1.
 MAX_SCATTER_RATIO = 2.2
 MIN_EXCESS_PX = 0.25
-# Residuals this large are one too where they vary too fast to tell from scatter.
+# So are residuals this large, where they vary too fast to separate them from scatter.
 MAX_RMS_PX = 3.0
 MAX_SD_RATIO = 10.0
-OUTLIER_RATIO = 2.5  # the residuals of the next board, where one is alone at fault
-# And where all together are not too large: the median of all boards' residuals, of so
-# many corners. Where some scatter twice as much as others it is 2.2 at most.
+OUTLIER_RATIO = 2.5  # to the residuals of the next board, of an outlier board
+# And where the total is not too large: to the median of all boards' residuals, with a
+# minimum number of corners. If some scatter twice as much as others it is at most 2.2.
 OUTLIER_MEDIAN_RATIO, OUTLIER_N_CORNERS = 3.0, 12
 # The share of a second difference's variance: 1 + 4 + 1.
 SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0]) / np.sqrt(6)
 
 
 class Misfit(NamedTuple):
-    """How residuals compare with what single corners do.
+    """Residuals compared with the scatter of single corners.
 
     rms_px: of the residuals; scatter_px: RMS distance by which corners move on their
     own, NaN where no three neighbours are scored; sd_px: as the detector states it, the
@@ -123,9 +123,9 @@ def _rms(vectors):
     return float(np.sqrt(squares.mean())) if len(squares) else np.nan
 
 
-# Corrections of a camera: fields over the image by which its pixels may be off. They
-# are all polynomials of third degree in the pixel's place, along u and along v, less
-# what a common rotation of all rays does, since that is no error of a camera.
+# Corrections of a camera: fields of possible pixel errors over the image. They are all
+# polynomials of third degree in the pixel coordinates, along u and along v, without the
+# effect of a common rotation of all rays, which is no error of a camera.
 
 
 DEGREE = 3

@@ -59,23 +59,18 @@ from raxel.evaluation.misfit import (
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotate, transform
 
-# p-value, times the number of divisions, below which halves disagree. It takes corners
-# that err together to do so alike in all ways; as they do not, those that share as much
-# as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
-# hundred.
+# p-value, times the number of divisions, below which halves disagree. It assumes that
+# correlated errors of corners have the same size in all directions. As they do not,
+# sets with shared errors as large as the independent ones have p < 1e-3 in one of
+# forty, p < 1e-4 in one of a hundred.
 P_THRESHOLD, FOCAL_P_THRESHOLD, OUTLIER_P_THRESHOLD = 1e-5, 1e-4, 1e-5
-MIN_DIFFERENCE_PX, MIN_RATIO = (
-    0.1,
-    1.5,
-)  # disagreement that matters: at least, and beyond scatter
-# Times scatter by which images differ from each other: more than corners do that share
-# as much with their neighbours as each errs for itself (2.8 at most). And what it does
-# to rays of halves, half of which it does to those of all.
+MIN_DIFFERENCE_PX, MIN_RATIO = 0.1, 1.5  # of a relevant disagreement
+# Ratio of the differences between images to scatter: above that of corners with shared
+# errors as large as their independent ones (at most 2.8). And the resulting difference
+# between the rays of halves, twice that of the rays of all.
 MAX_FACTOR, MAX_FACTOR_PX = 2.8, 0.5
-MIN_N_PIXELS = 6  # that both halves saw
-UNKNOWN_SD_PX = (
-    2.0  # SD, RMS over the image, from which on a correction is not compared
-)
+MIN_N_PIXELS = 6  # inside boards of both halves
+UNKNOWN_SD_PX = 2.0  # SD, RMS over the image, above which a correction is not compared
 
 
 class Division(NamedTuple):
@@ -123,13 +118,13 @@ class OutlierImage(NamedTuple):
 
 class SplitHalf(NamedTuple):
     """divisions: list of Division by p-value, first the one of least p-value of those
-    that matter; where there is none, the one most times as far apart as expected.
+    that are significant; without any, the one with the largest ratio to expectation.
 
     pixels (N, 2): of their fields; p_value: of the first, times how many there are;
-    same_camera: whether no division matters with a p-value so small; factor: how many
-    times as far as scatter explains images differ from each other, 1 or more; steady:
-    whether that is less than MAX_FACTOR, or shows in no division by MAX_FACTOR_PX, or is that
-    of a table. Of a table, and where there is none, None: focal, outlier, beyond."""
+    same_camera: whether no division is significant; factor: ratio of the differences
+    between images to their scatter, 1 or more; steady: whether that is less than
+    MAX_FACTOR, or less than MAX_FACTOR_PX in all divisions, or that of a table. focal,
+    outlier, beyond: None for a table, and where not determined."""
 
     divisions: list
     pixels: np.ndarray
@@ -284,15 +279,15 @@ def _judged(divisions, pixels, factor, table):
     """The SplitHalf of divisions; table: whether images differ by the errors of single
     rays, too."""
     limit = P_THRESHOLD / len(divisions)
-    apart = [
+    significant = [
         each
         for each in divisions
         if each.p_value < limit
         and each.times > MIN_RATIO
         and each.disagreement_px > MIN_DIFFERENCE_PX
     ]
-    if apart:
-        worst = min(apart, key=lambda each: each.p_value)
+    if significant:
+        worst = min(significant, key=lambda each: each.p_value)
     else:
         worst = max(divisions, key=lambda each: each.times)
     divisions = sorted(divisions, key=lambda each: (each is not worst, each.p_value))
@@ -302,12 +297,12 @@ def _judged(divisions, pixels, factor, table):
         for each in divisions
     )
     steady = table or not erratic
-    return SplitHalf(divisions, pixels, p_value, not apart, factor, steady)
+    return SplitHalf(divisions, pixels, p_value, not significant, factor, steady)
 
 
 def _outlier(normal, right, fields, seen, variance, names):
-    """The OutlierImage, None where there is none; seen (N,) bool: the pixels of the
-    fields where boards were seen."""
+    """The OutlierImage or None; seen (N,) bool: the pixels of the fields inside
+    boards."""
     alone = np.eye(len(names), dtype=bool)
     found = [_difference(normal, right, first, variance) for first in alone]
     p_values = [each[-1] if each else 1.0 for each in found]

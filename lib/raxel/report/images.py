@@ -42,7 +42,7 @@ COLOURS = (
 
 
 class ArrowScale(NamedTuple):
-    """magnified: length of an arrow over its residual; cut_px: maximum residual drawn."""
+    """magnified: arrow length over residual; cut_px: longest residual drawn."""
 
     magnified: float
     cut_px: float

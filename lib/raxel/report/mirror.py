@@ -33,10 +33,10 @@ ROUND_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
 def profiles(calibration):
-    """(along (n, N_SAMPLES), height (n, N_SAMPLES)), mm, of the middle line of each stage.
+    """(along, height), (n, N_SAMPLES) mm each, of the centre line of each stage.
 
-    along: from the clamp's line, as the first shape's plane has it; height: over that
-    plane, towards the viewer.
+    along: distance from the clamp line in the plane of the first shape; height: over
+    that plane, towards the camera.
     """
     first, found = calibration.cameras[0], []
     n, k = _first_plane(first)
@@ -100,8 +100,8 @@ def profile_figure(along, height):
 
 
 def shape_figure(image, calibration, stage):
-    """A stage over its image (H, W) uint8: contour lines of the height over the plane of
-    the first shape, the knots, and the number of corners between them."""
+    """A stage over its image (H, W) uint8: contour lines of the height over the plane
+    of the first shape, the knots, and the number of corners between them."""
     camera = calibration.cameras[stage]
     canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
     height = _shown_heights(canvas, calibration, stage)

@@ -61,7 +61,7 @@ def write_report(
     result : dict
         What `raxel calibrate` writes as JSON.
     stability : SplitHalf or None
-        Split-half test of the camera; None where there is none.
+        Split-half test of the camera, or None.
     """
     folder = Path(folder)
     scale = ArrowScale.of(

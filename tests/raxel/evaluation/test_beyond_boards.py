@@ -1,4 +1,4 @@
-"""Where no board was, rays are known by extrapolation: how far, and when it is told."""
+"""Extrapolated rays outside the boards: their uncertainty, and when it is reported."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def found_in(views):
     return split_half(camera, evaluate_camera(camera, views).images, views).beyond
 
 
-def test_what_is_told_of_a_field_that_grows_with_the_distance():
+def test_uncertainty_outside_boards_of_a_growing_field():
     """Of one shape, by (u, 0) / 100 px, with SD 0.5: a ray at u is known to u / 200."""
     u = np.arange(0.0, 1000.0, 10.0)
     pixels = np.column_stack([u, np.full(100, 5.0)])
@@ -62,7 +62,7 @@ def test_what_is_told_of_a_field_that_grows_with_the_distance():
     assert beyond_boards(fields, np.eye(1), views, np.zeros(100, bool)) is None
 
 
-def test_boards_in_the_middle_are_told_and_boards_all_over_are_not():
+def test_only_central_boards_give_a_large_unknown_area():
     middle, all_over = found_in(views_within(0.5)), found_in(views_within(1.0))
     assert middle.matters
     assert middle.share > 0.75  # half of either side is a quarter
@@ -71,8 +71,8 @@ def test_boards_in_the_middle_are_told_and_boards_all_over_are_not():
     assert middle.largest_px > 3 * all_over.largest_px
 
 
-def test_a_lens_with_more_terms_than_the_fit_is_told_where_no_board_was():
-    """Its residuals are those of noise, and its corners some pixels off."""
+def test_unmodelled_radial_terms_give_a_large_unknown_area():
+    """The residuals are noise, and rays in the corners have errors of some px."""
     webcam = PerspectiveCamera(
         [[520.0, 0, 322.0], [0, 520.0, 236.0], [0, 0, 1]], [-0.3, 0.14, -0.04], *SIZE
     )

@@ -1,4 +1,4 @@
-"""Corners of a board that is not as stated: found where they are, and only then."""
+"""Displaced corners of a board are estimated, and only these."""
 
 import numpy as np
 import pytest
@@ -39,8 +39,8 @@ def off_px(camera, views):
     return rms(without_turns(turns, moved[..., None])[..., 0])
 
 
-def told(offsets):
-    """Of displacements (K, 3), what is no motion, no scale and no modelled shape."""
+def detectable(offsets):
+    """Return displacements (K, 3) without motion, scale and modelled shape."""
     solid = on_plane(BOARD - BOARD.mean(axis=0))
     moved = [np.broadcast_to(np.eye(3), (len(BOARD), 3, 3)), -cross_matrix(solid)]
     absorbed, _, _ = _displacements(views_of([CAMERA], 0, poses=np.eye(4)[None])[0])
@@ -64,19 +64,21 @@ def rms(offsets):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_corners_are_found_where_they_are(form):
-    found, true = found_in(seen(FORMS[form], 21)), told(FORMS[form])
+def test_displaced_corners_are_estimated(form):
+    found, true = found_in(seen(FORMS[form], 21)), detectable(FORMS[form])
     assert not found.as_stated
     assert found.p_value < 1e-9
     # Of a row most is beyond the smoothest polynomials.
-    assert rms(told(found.offsets) - true) < (0.4 if "row" in form else 0.1) * rms(true)
+    assert rms(detectable(found.offsets) - true) < (
+        0.4 if "row" in form else 0.1
+    ) * rms(true)
     assert found.columns == COLUMNS
     length, sd = found.distance
     assert length == pytest.approx(np.linalg.norm(found.offsets, axis=1).max())
     assert 0.002 < sd < 0.03
 
 
-def test_a_lens_is_pulled_by_as_much_as_is_said():
+def test_rays_px_is_the_effect_on_the_lens():
     """Of two radial terms, by a board that they can follow."""
     views = seen(2 * FORMS["wave"], 22, noise=0.02)
     camera = calibrate_zhang(views, *SIZE).camera
@@ -84,7 +86,7 @@ def test_a_lens_is_pulled_by_as_much_as_is_said():
     assert found.rays_px == pytest.approx(off_px(camera, views), rel=0.3)
 
 
-def test_corners_that_are_off_in_all_photographs_are_the_boards():
+def test_errors_in_all_images_belong_to_the_board():
     """However far: they count as wrong in none."""
     offsets = FLAT.copy()
     offsets[43] = [1.0, -0.5, 0.0]
@@ -96,7 +98,7 @@ def test_corners_that_are_off_in_all_photographs_are_the_boards():
 FLAT = np.zeros((len(BOARD), 3))
 
 
-def test_a_sound_board_shows_nothing():
+def test_nominal_board_is_not_significant():
     """With noise, with none, and bent as a fit may take it to be."""
     shape = BoardShape(BOARD.mean(axis=0), HALF, np.array([0.5, 0.1, -0.4, 0.004]))
     bent = shape.points(BOARD) - on_plane(BOARD)
@@ -105,7 +107,7 @@ def test_a_sound_board_shows_nothing():
     assert found_in(seen(bent, 31), shape).p_value > 100 * P_THRESHOLD
 
 
-def test_corners_that_err_together_are_no_board():
+def test_correlated_errors_do_not_belong_to_the_board():
     """Each board is off by cubics of its own, as large as single corners' noise."""
     rng = np.random.default_rng(23)
     shapes = np.stack([X**2, X * Y, Y**2, X**3, Y**3], axis=1)
@@ -116,7 +118,7 @@ def test_corners_that_err_together_are_no_board():
     assert found_in(views).p_value > 100 * P_THRESHOLD
 
 
-def test_where_it_cannot_be_told_nothing_is_said():
+def test_board_corners_is_none_without_enough_boards():
     views = seen(FORMS["wave"], 33)
     assert found_in(views[:5]) is None
     turned = views[0]._replace(columns=ROWS, rows=COLUMNS)
@@ -128,7 +130,7 @@ def test_where_it_cannot_be_told_nothing_is_said():
     )
 
 
-def test_displacements_are_none_that_a_pose_or_a_scale_makes():
+def test_displacements_exclude_pose_and_scale():
     view = views_of([CAMERA], 0, poses=np.eye(4)[None])[0]
     absorbed, modes, degree = _displacements(view)
     flat = modes.reshape(-1, len(degree))

@@ -1,4 +1,4 @@
-"""Corners of a board against the truth: in their places, and in order."""
+"""Corners of a board compared with the truth: position and order."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ LATTICE = np.stack(
 TRUTH = LATTICE.reshape(-1, 2)
 
 
-def test_a_board_is_in_place_only_in_its_own_order_and_within_reach():
+def test_in_place_requires_order_and_reach():
     assert in_place(TRUTH + [5, 5], TRUTH, 8.0)
     assert not in_place(TRUTH + [6, 6], TRUTH, 8.0)
     assert in_place(TRUTH + [6, 6], TRUTH, 9.0)
@@ -23,7 +23,7 @@ def test_a_board_is_in_place_only_in_its_own_order_and_within_reach():
     assert not in_place(hole, TRUTH, 8.0)
 
 
-def test_a_corner_nearer_to_another_true_one_is_not_in_place():
+def test_in_place_rejects_corners_nearer_to_another():
     close = TRUTH / 5
     assert in_place(close + [2.5, 0], close, 8.0)
     assert not in_place(close + [3.5, 0], close, 8.0)
@@ -31,12 +31,12 @@ def test_a_corner_nearer_to_another_true_one_is_not_in_place():
 
 @pytest.mark.parametrize("down", [1, -1])
 @pytest.mark.parametrize("across", [1, -1])
-def test_a_detector_without_clicks_may_begin_anywhere(down, across):
+def test_in_order_of_accepts_any_first_corner(down, across):
     turned = LATTICE[::down, ::across].reshape(-1, 2)
     np.testing.assert_array_equal(in_order_of(TRUTH, turned, COLUMNS, ROWS), TRUTH)
 
 
-def test_rows_stay_rows_on_a_square_board():
+def test_in_order_of_keeps_rows_of_square_boards():
     square = LATTICE[:, :ROWS]
     turned = square.transpose(1, 0, 2).reshape(-1, 2)
     best = in_order_of(square.reshape(-1, 2), turned, ROWS, ROWS).reshape(square.shape)

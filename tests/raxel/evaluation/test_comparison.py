@@ -1,4 +1,4 @@
-"""Models are compared on the same corners, from cameras that never saw them."""
+"""Models are compared on the same corners, with cameras fitted to other boards."""
 
 from types import SimpleNamespace
 
@@ -43,7 +43,7 @@ def compared(errors):
     return ModelComparison(own, {}, {}, errors)
 
 
-def test_the_smallest_error_is_taken_and_of_equals_the_simplest():
+def test_choice_is_the_simplest_of_the_best_models():
     model, why = compared({"simple": 0.3, "middle": 0.1, "rich": 0.2}).choice()
     assert model == "middle"
     assert "smallest error on held-out points, 0.1 px" in why
@@ -52,7 +52,7 @@ def test_the_smallest_error_is_taken_and_of_equals_the_simplest():
     assert "as good as middle (0.102 and 0.1 px RMS), and simpler" in why
 
 
-def test_a_corner_without_a_ray_counts_as_five_px_and_none_as_more(views):
+def test_counted_error_of_missing_rays_is_five_px(views):
     comparison = compare_models({"lens": lens, "table": half_table}, views, 3)
     table, corners = comparison.own["table"], len(views) * COLUMNS * ROWS
     missed = corners - table.n_scored
@@ -65,9 +65,9 @@ def test_a_corner_without_a_ray_counts_as_five_px_and_none_as_more(views):
     assert wild.errors_px["wild"] < 5
 
 
-def test_both_are_scored_on_what_both_can_answer_for(views):
+def test_common_scores_use_shared_corners(views):
     comparison = compare_models({"lens": lens, "table": half_table}, views, 3)
-    assert comparison.refused == {}
+    assert comparison.failed == {}
     assert comparison.own["lens"].share_with_ray == 1
     assert comparison.own["table"].share_with_ray < 0.8
     for model in ("lens", "table"):
@@ -81,19 +81,19 @@ def test_both_are_scored_on_what_both_can_answer_for(views):
     assert comparison.best() == "lens"
 
 
-def test_a_model_that_fails_is_named_and_the_other_taken(views):
-    def refuse(views):
+def test_failed_models_have_a_reason(views):
+    def fail(views):
         raise CalibrationError("boards do not overlap")
 
-    comparison = compare_models({"lens": lens, "none": refuse}, views, 3)
+    comparison = compare_models({"lens": lens, "none": fail}, views, 3)
     assert list(comparison.own) == ["lens"]
-    assert "boards do not overlap" in comparison.refused["none"]
+    assert "boards do not overlap" in comparison.failed["none"]
     assert comparison.best() == "lens"
     with raises_code("no-camera"):
-        compare_models({"none": refuse}, views, 3).best()
+        compare_models({"none": fail}, views, 3).best()
 
 
-def test_each_camera_is_built_once_and_never_sees_its_part(views):
+def test_cameras_are_built_once_without_their_part(views):
     built = []
 
     def remember(views):
@@ -158,7 +158,7 @@ def test_near_copies_are_held_out_together(views):
     assert built == [["view1", "view2"], [*own, "view2"], [*own, "view1"]]
 
 
-def test_a_part_without_a_camera_of_one_is_left_out_of_what_is_shared(views):
+def test_common_scores_exclude_parts_without_camera(views):
     def fails_once(views):
         if views[0].name == "view1":
             raise CalibrationError("boards do not overlap")

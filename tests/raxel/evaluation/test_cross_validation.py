@@ -1,4 +1,4 @@
-"""Scores on boards kept out: poses refitted, nothing else."""
+"""Errors on held-out boards: only poses are refitted."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from tests.board_scenes import BOARD, FISHEYE, board_poses, views_of
 from tests.raised import raises_code
 
 
-def test_the_true_camera_scores_zero_and_finds_the_poses():
+def test_true_camera_has_zero_error_and_true_poses():
     poses = board_poses(0, 3)
     result = evaluate_camera(FISHEYE, views_of(poses))
     assert result.rms_px < 1e-9
@@ -29,7 +29,7 @@ def test_the_true_camera_scores_zero_and_finds_the_poses():
         assert np.abs(image.T_camera_grid - T).max() < 1e-8
 
 
-def test_every_corner_counts_the_same_whatever_board_it_lies_on():
+def test_all_corners_have_equal_weight():
     exact, blurred = views_of(board_poses(10, 2))
     few = np.arange(0, len(BOARD), 10)
     rough = np.full_like(blurred.pixels, np.nan)
@@ -46,7 +46,7 @@ def test_every_corner_counts_the_same_whatever_board_it_lies_on():
     assert result.median_px < 1e-9
 
 
-def test_a_table_with_a_hole_counts_the_corners_without_a_ray():
+def test_corners_without_a_ray_are_counted():
     table = GeneralCamera.from_camera(FISHEYE)
     mask = table.mask.copy()
     mask[:, :120] = False
@@ -65,7 +65,7 @@ def test_a_table_with_a_hole_counts_the_corners_without_a_ray():
     assert result.share_with_ray == pytest.approx(1 - lost / (3 * len(BOARD)))
 
 
-def test_a_board_almost_without_rays_gives_a_reason_not_a_number():
+def test_board_with_few_rays_has_a_reason():
     table = GeneralCamera.from_camera(FISHEYE)
     mask = np.zeros_like(table.mask)
     mask[:30, :30] = True
@@ -84,7 +84,7 @@ def test_missing_corners_are_not_counted():
     assert image.n_without_ray == 0
 
 
-def test_a_pose_from_rays_has_the_smallest_sines_of_all_poses_beside_it():
+def test_pose_from_rays_minimises_sines():
     """A board that leans: what is near would weigh less by its distance from rays."""
     T = pose(rotation_from_vector([0.2, 1.1, 0.1]), [-60.0, -40.0, 150.0])
     rng = np.random.default_rng(16)
@@ -102,7 +102,7 @@ def test_a_pose_from_rays_has_the_smallest_sines_of_all_poses_beside_it():
     assert squares(found) < least
 
 
-def test_every_view_is_kept_out_once():
+def test_every_view_is_held_out_once():
     views = views_of(board_poses(7, 5))
     trained = []
 
@@ -120,7 +120,7 @@ def test_every_view_is_kept_out_once():
     assert [image.name for image in listed.images] == ["4.png", "0.png", "1.png"]
 
 
-def test_parts_without_a_camera_are_left_out_with_the_reason():
+def test_parts_without_camera_are_excluded_with_the_reason():
     views = views_of(board_poses(8, 4))
 
     def builder(rest):
@@ -139,7 +139,7 @@ def test_parts_without_a_camera_are_left_out_with_the_reason():
         cross_validate(never, views, 2)
 
 
-def test_senseless_parts_and_empty_lists_are_refused():
+def test_invalid_parts_and_empty_lists_are_rejected():
     views = views_of(board_poses(9, 2))
     with pytest.raises(InputError, match="found 5"):
         cross_validate(lambda rest: FISHEYE, views, 5)
@@ -149,7 +149,7 @@ def test_senseless_parts_and_empty_lists_are_refused():
         evaluate_camera(FISHEYE, [])
 
 
-def test_the_score_of_the_true_camera_is_the_noise():
+def test_error_of_the_true_camera_is_the_noise():
     result = evaluate_camera(FISHEYE, views_of(board_poses(1, 4), noise=0.2))
     # Six of 260 numbers per board go into its pose.
     assert result.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)

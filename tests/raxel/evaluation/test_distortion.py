@@ -29,12 +29,12 @@ def grid_pose():
     return T
 
 
-def test_a_homography_leaves_nothing():
+def test_homography_has_no_distortion_residual():
     residual = distortion_residual(apply_homography(H, GRID), GRID)
     assert np.abs(residual).max() < 1e-9
 
 
-def test_the_residual_does_not_depend_on_the_metric_frame():
+def test_distortion_residual_is_independent_of_the_metric_frame():
     rng = np.random.default_rng(1)
     corrected = apply_homography(H, GRID) + 0.3 * rng.normal(size=GRID.shape)
     turned = GRID @ np.array([[0.6, 0.8], [-0.8, 0.6]]) * 7.0 + [500.0, -30.0]
@@ -45,7 +45,7 @@ def test_the_residual_does_not_depend_on_the_metric_frame():
 
 
 @pytest.mark.parametrize("camera", [FISHEYE, PerspectiveCamera(K, [-0.2], 400, 300)])
-def test_the_corrected_view_has_straight_lines_and_the_images_scale(camera):
+def test_corrected_view_has_straight_lines_and_image_scale(camera):
     plane = synthetic_plane(camera)
     middle = np.array([199.5, 149.5])
     steps = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1], [0, 0]])
@@ -65,7 +65,7 @@ def test_the_corrected_view_has_straight_lines_and_the_images_scale(camera):
     assert bent > 0.5
 
 
-def test_rays_that_miss_the_plane_are_flagged():
+def test_corrected_view_flags_rays_that_miss_the_plane():
     plane = synthetic_plane(FISHEYE)
     back = -plane.T_camera_plane[:3, 2]
     view, valid = corrected_view(np.stack([back, -back]), plane)
@@ -73,7 +73,7 @@ def test_rays_that_miss_the_plane_are_flagged():
     assert np.isnan(view[0]).all()
 
 
-def test_a_hole_at_the_principal_pixel_is_refused():
+def test_principal_pixel_without_rays_is_rejected():
     camera = GeneralCamera.from_camera(FISHEYE)
     mask = camera.mask.copy()
     mask[140:160, 190:210] = False
@@ -83,7 +83,7 @@ def test_a_hole_at_the_principal_pixel_is_refused():
     assert synthetic_plane(holed, (100, 100)).px_per_unit > 0
 
 
-def test_angles_plain_and_after_the_best_rotation():
+def test_angular_residual_with_and_without_alignment():
     rng = np.random.default_rng(2)
     reference = rng.normal(size=(200, 3))
     reference /= np.linalg.norm(reference, axis=1)[:, None]

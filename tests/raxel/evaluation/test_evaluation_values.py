@@ -1,4 +1,4 @@
-"""Scores have the sign, root and bounds that they are said to have."""
+"""Sign, norm and bounds of errors."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ from raxel.geometry.poses import pose, transform
 from tests.made_sets import BOARD, COLUMNS, PINHOLE, ROWS
 
 
-def test_an_error_cast_back_leads_from_the_corner_to_where_its_ray_meets(monkeypatch):
+def test_back_projection_error_is_hit_minus_corner(monkeypatch):
     points = BOARD.points()
     T = pose(np.eye(3), [-80.0, -60.0, 420.0])
     off = np.zeros(points.shape)
@@ -32,13 +32,13 @@ def test_an_error_cast_back_leads_from_the_corner_to_where_its_ray_meets(monkeyp
     np.testing.assert_allclose(found.errors_mm, off, atol=1e-6)
 
 
-def test_corners_of_a_board_are_off_by_distances_in_space():
+def test_board_corners_rms_is_a_distance_in_space():
     offsets = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 12.0]])
     found = BoardCorners(offsets, np.zeros((2, 3)), 1e-9, 0.3, 2)
     assert found.rms == pytest.approx(np.sqrt((25 + 144) / 2))
 
 
-def test_the_worst_ray_beyond_boards_is_none_under_them():
+def test_largest_sd_is_outside_the_boards():
     pixels = np.column_stack([10.0 * np.arange(10), np.full(10, 5.0)])
     shapes = np.zeros((10, 2, 1))
     shapes[:, 0, 0] = 0.1
@@ -51,7 +51,7 @@ def test_the_worst_ray_beyond_boards_is_none_under_them():
 
 
 @pytest.mark.parametrize("along", ["rows", "columns"])
-def test_corners_scatter_along_rows_and_along_columns(along):
+def test_scatter_counts_rows_and_columns(along):
     """Residuals that go to and fro along one side of the lattice, and no other way."""
     j, i = np.mgrid[:9, :7]
     off = np.zeros((63, 2))
@@ -64,7 +64,7 @@ def test_corners_scatter_along_rows_and_along_columns(along):
     assert found.scatter_px == pytest.approx(expected)
 
 
-def test_a_difference_scatters_by_what_its_parts_do():
+def test_difference_has_the_variance_within_parts():
     """Images that each require a value of one number, all as certain: 1, -1, 1, -1, 8.
 
     The squares of four about their mean are 4, of three ways, and 0.8 of the square of

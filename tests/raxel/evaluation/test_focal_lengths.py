@@ -9,7 +9,7 @@ COUNT, WAYS = 14, 12
 
 
 def equations(rng, own=0.0, together=1.0, count=COUNT):
-    """Equations of photographs that each ask for a first correction of its own, of SD
+    """Equations of images that each require a first correction of its own, of SD
     `own`; together: how many times as far as scatter explains all else differs."""
     slopes = rng.normal(size=(count, 40, WAYS)) * rng.uniform(0.3, 3, (count, 1, 1))
     asked = np.zeros((count, WAYS))
@@ -29,9 +29,7 @@ def spread(normal, right, direction):
 
 
 @pytest.mark.parametrize("together", [1.0, 3.0])
-def test_photographs_that_differ_alike_in_all_ways_are_no_oftener_told_than_said(
-    together,
-):
+def test_focal_p_value_has_its_nominal_rate(together):
     """However far they differ, and not much more seldom."""
     rng = np.random.default_rng(1)
     found = [spread(*equations(rng, 0, together), FIRST) for _ in range(400)]
@@ -42,7 +40,7 @@ def test_photographs_that_differ_alike_in_all_ways_are_no_oftener_told_than_said
     assert np.mean([each.times for each in found]) == pytest.approx(1, abs=0.1)
 
 
-def test_what_they_differ_by_is_found_as_it_is():
+def test_focal_length_sd_is_estimated():
     rng = np.random.default_rng(2)
     found = [spread(*equations(rng, 0.5, 2.0), FIRST) for _ in range(100)]
     assert np.sqrt(np.mean([f.sd**2 for f in found])) == pytest.approx(0.5, rel=0.1)
@@ -53,7 +51,7 @@ def test_what_they_differ_by_is_found_as_it_is():
     assert longer.p_value == pytest.approx(once.p_value)
 
 
-def test_other_ways_and_all_together_are_no_difference_in_this_one():
+def test_other_corrections_do_not_vary_the_focal_length():
     rng = np.random.default_rng(4)
     normal, right = equations(rng, 1.0)
     assert spread(normal, right, FIRST).p_value < 1e-12
@@ -65,7 +63,7 @@ def test_other_ways_and_all_together_are_no_difference_in_this_one():
     assert spread(normal[:3], right[:3], FIRST) is None
 
 
-def test_two_groups_of_focal_lengths_are_named():
+def test_focal_length_groups_are_named():
     rng = np.random.default_rng(5)
     normal, right = equations(rng)
     long = [1, 4, 5, 11]

@@ -43,7 +43,7 @@ def test_no_image_is_an_outlier_more_often_than_expected(together):
     assert 10 * np.max(np.min(far, axis=1)) < 1e-3
 
 
-def test_a_difference_is_that_of_fits_to_its_two_parts():
+def test_difference_is_that_of_two_fits():
     normal, right = equations(np.random.default_rng(8), odd=3.0)
     first = np.arange(10) == 3
     root, x, _, _ = _difference(normal, right, first, 1.0)
@@ -61,7 +61,7 @@ def test_images_without_information_give_no_difference():
     assert _difference(*nothing, np.arange(6) == 0, 1.0) is None
 
 
-def test_an_image_by_another_zoom_is_named():
+def test_outlier_image_with_another_zoom_is_named():
     cameras = 4 * [CAMERA] + [lens(371.0)] + (COUNT - 5) * [CAMERA]
     found = found_in(views_of(cameras, 1), CAMERA)
     assert found.outlier.name == "4.png"

@@ -1,4 +1,4 @@
-"""Each error at its own best pose: pixels at that of px, angles at that of angle."""
+"""Each error at its own best pose, in px and in angle."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def rms(residuals):
     ],
     ids=["true", "other law", "table with a hole", "zhang"],
 )
-def test_no_score_in_px_is_worse_than_at_the_pose_by_angle(camera):
+def test_px_errors_are_smallest_at_their_own_pose(camera):
     for view, score in zip(
         wide_views(1), evaluate_camera(camera, wide_views(1)).images, strict=True
     ):
@@ -57,7 +57,7 @@ def test_no_score_in_px_is_worse_than_at_the_pose_by_angle(camera):
         assert score.rms_px == pytest.approx(rms(score.residuals_px))
 
 
-def test_the_pose_in_px_cannot_be_improved_also_where_rays_do_not_meet():
+def test_pose_in_px_is_optimal_for_non_central_cameras():
     rng = np.random.default_rng(0)
     camera = CONVEX["sphere"]
     points = np.stack(np.meshgrid(np.arange(8), np.arange(6)), -1).reshape(-1, 2) * 30.0
@@ -74,14 +74,14 @@ def test_the_pose_in_px_cannot_be_improved_also_where_rays_do_not_meet():
     best, residuals = refine_pose_in_pixels(camera, pixels, points, start)
     for step in 1e-4 * np.vstack([np.eye(6), -np.eye(6)]):
         other = best @ pose(rotation_from_vector(step[:3]), 100 * step[3:])
-        beside = pixels - camera.project(transform(other, flat)).pixels
-        assert np.sum(beside**2) > np.sum(residuals**2) * (1 - 1e-6)
+        nearby = pixels - camera.project(transform(other, flat)).pixels
+        assert np.sum(nearby**2) > np.sum(residuals**2) * (1 - 1e-6)
     exact, residuals = refine_pose_in_pixels(camera, seen.pixels, points, start)
     assert rms(residuals) < 1e-6
     assert np.abs(exact - T).max() < 1e-4
 
 
-def test_a_step_that_loses_a_corner_is_not_taken():
+def test_steps_that_lose_a_corner_are_rejected():
     """The pose that would fit best lies a degree further out than the lens sees."""
     lens = "equidistance", 100.0, [120.0, 90.0], WIDTH, HEIGHT
     points = 20.0 * np.stack(np.meshgrid(np.arange(6), np.arange(5)), -1).reshape(-1, 2)
@@ -100,7 +100,7 @@ def test_a_step_that_loses_a_corner_is_not_taken():
     assert rms(residuals) < rms(at_start)
 
 
-def test_pixels_move_with_their_points_also_at_the_edge_of_the_image():
+def test_pixel_derivatives_hold_at_the_image_edge():
     """There rays are known to one side alone; differences of `project` tell."""
     table = GeneralCamera.from_camera(FISHEYE)
     mask = np.zeros_like(table.mask)

@@ -1,4 +1,4 @@
-"""Detected boards against reference corners: errors in the best order, right or not."""
+"""Detected boards compared with reference corners: errors and correctness."""
 
 import json
 from types import SimpleNamespace
@@ -38,13 +38,13 @@ def transposed(corners):
 
 
 @pytest.mark.parametrize("order", [turned, mirrored, transposed])
-def test_the_order_of_the_detection_does_not_matter(order):
+def test_corner_errors_are_independent_of_order(order):
     off = np.random.default_rng(3).normal(0, 0.4, CORNERS.shape)
     errors = corner_errors(detected(*order(CORNERS + off)), reference())
     np.testing.assert_allclose(errors, np.linalg.norm(off, axis=1), atol=1e-12)
 
 
-def test_doubtful_corners_do_not_count():
+def test_uncertain_corners_do_not_count():
     corners, certain = CORNERS.copy(), ALL.copy()
     corners[3], certain[3] = np.nan, False
     found = CORNERS + (0.3, 0.4)
@@ -53,13 +53,13 @@ def test_doubtful_corners_do_not_count():
     np.testing.assert_allclose(errors, np.full(len(CORNERS) - 1, 0.5))
 
 
-def test_a_board_is_right_up_to_the_tolerance():
+def test_board_is_correct_within_the_tolerance():
     errors = corner_errors(detected(CORNERS + (3, 4)), reference())
     assert is_right(errors, reference(tolerance_px=5.0))
     assert not is_right(errors, reference(tolerance_px=4.99))
 
 
-def test_one_corner_far_off_makes_the_board_wrong():
+def test_one_wrong_corner_makes_the_board_wrong():
     found = CORNERS.copy()
     found[7] += (0, 1.5)
     errors = corner_errors(detected(found), reference())
@@ -68,7 +68,7 @@ def test_one_corner_far_off_makes_the_board_wrong():
     assert not is_right(errors, reference())
 
 
-def test_what_is_not_there_or_of_another_size_has_no_errors_and_is_wrong():
+def test_missing_boards_and_other_sizes_are_wrong():
     smaller = detected(CORNERS[:-COLUMNS], COLUMNS, ROWS - 1)
     for detection in (smaller, rejected(None, None, "nothing there")):
         errors = corner_errors(detection, reference())
@@ -80,7 +80,7 @@ def test_what_is_not_there_or_of_another_size_has_no_errors_and_is_wrong():
     ("spread_px", "tolerance_px"),
     [(None, 1), (0.4, 1), (0.5, 1), (0.7, 1.4), (1, 2), (1.2, 1)],
 )
-def test_references_that_scatter_allow_twice_as_much(tmp_path, spread_px, tolerance_px):
+def test_tolerance_is_twice_the_spread_of_references(tmp_path, spread_px, tolerance_px):
     entry = {"corners": CORNERS.tolist(), "spread_max_px": spread_px}
     data = {"columns": COLUMNS, "rows": ROWS, "images": {"a.png": entry}}
     (tmp_path / "corners.json").write_text(json.dumps(data), "utf-8")
@@ -90,7 +90,7 @@ def test_references_that_scatter_allow_twice_as_much(tmp_path, spread_px, tolera
 
 
 @pytest.mark.parametrize("key", ["uncertain", "missing"])
-def test_corners_that_a_file_doubts_are_not_certain(key, tmp_path):
+def test_listed_corners_are_not_certain(key, tmp_path):
     entry = {"corners": CORNERS.tolist(), key: [3, 11]}
     data = {"columns": COLUMNS, "rows": ROWS, "images": {"a.png": entry}}
     (tmp_path / "reference.json").write_text(json.dumps(data))

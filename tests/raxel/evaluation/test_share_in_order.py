@@ -1,4 +1,4 @@
-"""How much of a board a part in order holds, whichever corner it begins at."""
+"""Share of a board in a partial detection, for any first corner."""
 
 import numpy as np
 import pytest
@@ -21,13 +21,13 @@ def part(rows, columns, turned=False):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_a_part_in_order_counts_whatever_its_first_corner_is(turned):
+def test_share_in_order_accepts_any_first_corner(turned):
     seen = part(range(6), range(1, 9), turned)
     share = share_in_order(seen, CORNERS, 9, SHAPE, 1.0)
     assert share == pytest.approx(48 / 54)
 
 
-def test_corners_out_of_order_do_not_count():
+def test_share_in_order_excludes_wrong_order():
     seen = part(range(6), range(9))
     seen.indices[:9] += [0, 3]
     share = share_in_order(seen, CORNERS, 9, SHAPE, 1.0)
@@ -35,7 +35,7 @@ def test_corners_out_of_order_do_not_count():
     assert share_in_order(None, CORNERS, 9, SHAPE, 1.0) == 0
 
 
-def test_only_corners_in_the_image_and_within_reach_count():
+def test_share_in_order_requires_image_and_reach():
     seen = part(range(6), range(9))
     narrow = (200, 180)
     assert share_in_order(seen, CORNERS, 9, narrow, 1.0) == 1
@@ -47,7 +47,7 @@ def test_only_corners_in_the_image_and_within_reach_count():
     assert share_in_order(seen, CORNERS + 500, 9, SHAPE, 1.0) == 0
 
 
-def test_the_rim_is_as_wide_on_all_four_sides():
+def test_border_has_the_same_width_on_all_sides():
     """Corners 4 px from the outermost pixels need not be found, those farther in do."""
     frame = CORNERS - CORNERS[0] + [4.0, 4.0]
     shape = 100 + 4 + 4 + 1, 160 + 4 + 4 + 1

@@ -1,4 +1,4 @@
-"""Halves of the photographs: they disagree where a fault lies, and only there."""
+"""Split-half test: halves of the images disagree only where there is a fault."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def views_of(
     cameras, seed, noise=NOISE_PX, poses=None, solid=None, shift=(0.0, 0.0, 0.0)
 ):
     """Views by cameras in turn; solid: where the board's points are, None for flat;
-    shift: motion in mm of each board from the first row of its picture to the last."""
+    shift: motion in mm of each board from the first row of its image to the last."""
     rng = np.random.default_rng(seed)
     poses = board_poses(seed, COUNT) if poses is None else poses
     shifts = np.broadcast_to(shift, (len(poses), 3))
@@ -64,7 +64,7 @@ def by_name(found, name):
     return division
 
 
-def test_two_cameras_lie_apart_as_their_rays_do():
+def test_disagreement_of_two_cameras_is_that_of_their_rays():
     found = found_in(views_of(7 * [CAMERA] + 7 * [OTHER], 1))
     assert not found.stable
     halves = by_name(found, "order of the photographs")
@@ -86,7 +86,7 @@ def test_two_cameras_lie_apart_as_their_rays_do():
     assert np.sqrt(rest.mean()) < 3 * halves.allowed_px
 
 
-def test_scatter_alone_does_what_it_is_said_to_do():
+def test_scatter_alone_has_the_predicted_disagreement():
     # The camera is the true one: only noise lies between the halves.
     found = [
         found_in(views_of(COUNT * [CAMERA], seed), CAMERA) for seed in range(20, 30)
@@ -99,7 +99,7 @@ def test_scatter_alone_does_what_it_is_said_to_do():
     assert 0.6 < ratio < 1.6
 
 
-def test_boards_in_other_places_and_exact_corners_are_no_fault():
+def test_other_poses_and_exact_corners_are_stable():
     poses = board_poses(5, 4 * COUNT, spread=(70.0, 30.0))
     aside = np.argsort(transform(poses, np.array([[72.0, 54.0, 0.0]]))[:, 0, 0])
     chosen = poses[np.concatenate([aside[:7], aside[-7:]])]
@@ -109,7 +109,7 @@ def test_boards_in_other_places_and_exact_corners_are_no_fault():
     assert max(d.disagreement_px for d in exact.divisions) < MIN_DIFFERENCE_PX / 10
 
 
-def test_wrong_corners_pull_at_neither_half():
+def test_wrong_corners_do_not_affect_halves():
     views = views_of(COUNT * [CAMERA], 8)
     clean = by_name(found_in(views, CAMERA), "near and far")
     rng = np.random.default_rng(8)
@@ -122,7 +122,7 @@ def test_wrong_corners_pull_at_neither_half():
     assert allowed == pytest.approx(clean.allowed_px, rel=0.15)
 
 
-def test_corners_that_err_together_in_each_photograph_are_no_fault():
+def test_correlated_errors_within_images_are_stable():
     # Each board is off by a quadratic of its own, as large as single corners' noise.
     rng = np.random.default_rng(11)
     x, y = ((BOARD - BOARD.mean(axis=0)) / np.ptp(BOARD, axis=0)).T * 2
@@ -141,7 +141,7 @@ def test_corners_that_err_together_in_each_photograph_are_no_fault():
     assert found_in(views_of(COUNT * [CAMERA], 11), CAMERA).factor < 1.3
 
 
-def test_a_bent_board_whose_shape_is_known_is_no_fault():
+def test_bent_board_of_known_shape_is_stable():
     half = np.ptp(BOARD, axis=0) / 2
     shape = BoardShape(BOARD.mean(axis=0), half, np.array([1.5, 0.0, 0.5, 0.004]))
     views = views_of(COUNT * [CAMERA], 12, solid=shape.points(BOARD))
@@ -154,7 +154,7 @@ def test_a_bent_board_whose_shape_is_known_is_no_fault():
     assert split_half(CAMERA, flat.images, views).factor > 2
 
 
-def test_tables_of_rays_are_held_against_their_own_errors():
+def test_tables_are_compared_with_their_own_errors():
     views = views_of(7 * [CAMERA] + 7 * [OTHER], 3)
     camera = calibrate_generic(views, *SIZE, rng=np.random.default_rng(0)).camera
     found = found_in(views, camera)
@@ -163,8 +163,8 @@ def test_tables_of_rays_are_held_against_their_own_errors():
 
 
 @pytest.mark.parametrize("times", [0.5, 2.0])
-def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times):
-    """As often as P_THRESHOLD says, one of all of them disagrees by chance, not each."""
+def test_p_threshold_is_divided_by_the_number_of_divisions(times):
+    """P_THRESHOLD is the rate at which any of them disagrees by chance."""
     count = 11
     p_values = [times * P_THRESHOLD / count, *np.linspace(0.1, 0.9, count - 1)]
     divisions = [
@@ -186,7 +186,7 @@ def equations(rng, boards, ways, sd):
     )
 
 
-def test_scatter_is_without_what_poses_and_corrections_absorb():
+def test_scatter_excludes_poses_and_corrections():
     """Of few corners: three boards of eight each."""
     rng, found = np.random.default_rng(20), []
     views = views_of(3 * [CAMERA], 21, noise=0.0, poses=board_poses(21, 3))
@@ -210,7 +210,7 @@ def test_scatter_is_without_what_poses_and_corrections_absorb():
 
 
 @pytest.mark.parametrize("parts", [1, 2])
-def test_freedom_is_the_number_of_boards_less_that_of_parts(parts):
+def test_degrees_of_freedom_are_boards_minus_parts(parts):
     """In one direction; each board then is a number, and each part takes one."""
     rng, sd = np.random.default_rng(22), 0.3
     first = np.arange(7) < 7 // parts

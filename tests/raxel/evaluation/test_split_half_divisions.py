@@ -1,4 +1,4 @@
-"""Photographs are divided by where boards were and how they were looked at."""
+"""Divisions of the images by position and orientation of the boards."""
 
 from types import SimpleNamespace
 
@@ -38,16 +38,16 @@ def seen(towards, turn):
         ("leaning up and down", (30, 0, 0), (-30, 0, 0)),
     ],
 )
-def test_halves_are_those_of_boards_that_are_turned_alike(name, first, second):
+def test_halves_by_orientation(name, first, second):
     """Wherever in the image they are: a board far aside is no tilted one."""
     aside = [(-20, 12), (-16, -20), (18, 15), (22, -14)]
     pairs = [seen(at, turn) for at in aside for turn in (first, second)]
-    if name.startswith("lean"):  # which is told from the camera's axis
+    if name.startswith("lean"):  # relative to the camera's axis
         pairs = [seen((0, 0), turn) for _ in aside for turn in (first, second)]
     np.testing.assert_array_equal(dict(halves_of(pairs))[name], 4 * [True, False])
 
 
-def test_halves_are_those_of_boards_in_one_place():
+def test_halves_by_position():
     corners = [(-20, -12), (20, -14), (-22, 15), (21, 13)]
     ways = dict(halves_of([seen(at, (0, 0, 0)) for at in corners]))
     np.testing.assert_array_equal(ways["left and right in the image"], [1, 0, 1, 0])

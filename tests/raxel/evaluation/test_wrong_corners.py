@@ -1,4 +1,4 @@
-"""Wrong corners are named and counted; they blame neither the lens nor the shutter."""
+"""Wrong corners are named and counted, and cause no other warning."""
 
 import json
 from types import SimpleNamespace
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.cli import main
-from raxel.evaluation.board_corners import _beside_neighbours, without_wrong_corners
+from raxel.evaluation.board_corners import _from_neighbours, without_wrong_corners
 from raxel.evaluation.misfit import misfit
 from tests.made_sets import COLUMNS, FISHEYE, PINHOLE, ROWS, boards_of, write_made_set
 from tests.raxel.evaluation.test_split_half import CAMERA, COUNT, views_of
@@ -25,7 +25,7 @@ def spoilt(views, share, seed):
     return views, wrong
 
 
-def test_corners_that_stand_alone_are_found_and_no_others():
+def test_only_isolated_wrong_corners_are_found():
     views, wrong = spoilt(views_of(COUNT * [CAMERA], 4), 0.05, 4)
     found = without_wrong_corners(CAMERA, views)
     named = {(name, n) for name, n, _ in found.wrong}
@@ -48,7 +48,7 @@ def boards_off(rng, deviations, corners=63):
     return scores, len(named) * [view]
 
 
-def test_corners_that_err_alone_scatter_by_all_that_they_are_off():
+def test_scatter_of_independent_errors_is_their_size():
     found = misfit(*boards_off(np.random.default_rng(1), [0.3] * 30))
     assert found.rms_px == pytest.approx(0.3 * np.sqrt(2), rel=0.03)
     assert found.scatter_px == pytest.approx(found.rms_px, rel=0.03)
@@ -65,26 +65,26 @@ def test_corners_that_err_alone_scatter_by_all_that_they_are_off():
         ([0.1, 0.1, 0.1, 0.1, 0.2], 63, ""),
     ],
 )
-def test_a_board_is_odd_where_it_alone_is_far_off(deviations, corners, odd):
+def test_outlier_board_has_much_larger_residuals(deviations, corners, odd):
     found = misfit(*boards_off(np.random.default_rng(2), deviations, corners))
     assert not found.large
     assert found.odd_board == odd
 
 
-def test_what_neighbours_share_is_not_wrong():
+def test_errors_shared_by_neighbours_are_not_wrong_corners():
     assert without_wrong_corners(CAMERA, views_of(COUNT * [CAMERA], 5)).wrong == []
-    # 9 mm of motion a picture, and a lens of another law.
+    # 9 mm of motion per image, and another lens projection.
     rolling = views_of(COUNT * [CAMERA], 6, shift=(9.0, 0.0, 0.0))
     assert without_wrong_corners(CAMERA, rolling).wrong == []
 
 
-def test_residuals_with_a_slope_continue_to_the_very_rim():
+def test_residual_slopes_continue_to_the_edge():
     """At a rim all neighbours lie to one side: only their slope leads to the corner."""
     j, i = np.mgrid[:5, :7]
     lattice = SimpleNamespace(rows=5, columns=7)
     slope = np.stack([0.3 * i - 0.2 * j + 1, 0.1 * i + 0.4 * j - 2], axis=2)
     score = SimpleNamespace(residuals_px=slope.reshape(-1, 2))
-    np.testing.assert_allclose(_beside_neighbours(score, lattice)[0], 0, atol=1e-12)
+    np.testing.assert_allclose(_from_neighbours(score, lattice)[0], 0, atol=1e-12)
 
 
 @pytest.fixture
