@@ -213,7 +213,7 @@ FAULTS = {
         lambda d: d.update(grids="steps.yaml"),
         "grids: target is not an active grid",
     ),
-    "many poses": (lambda d: d.update(plate="viewer.yaml"), "plate: found 12 poses"),
+    "many poses": (lambda d: d.update(plate="viewer.yaml"), "plate: 12 poses"),
     "a level twice": (
         lambda d: d["noise"].append(d["noise"][0]),
         "noise: a name is repeated",
