@@ -23,7 +23,7 @@ from chapters.shared.grids import (
     sum_of_orders,
     wrapped,
 )
-from raxel.features.active_grid import REACH, decode
+from raxel.features.active_grid import WINDOW_RADIUS, decode
 from raxel.sets import (
     ActiveGrid,
     Pattern,
@@ -74,7 +74,7 @@ def whole_display_trial(condition, rng):
         "sinusoidal": sum(p.kind == "phase" for p in patterns),
         "bits": plan.gray_bits[0],
         "phase_step_deg": 360 / plan.phase_steps,
-        "window_px": 2 * REACH + 1,
+        "window_px": 2 * WINDOW_RADIUS + 1,
         "pixels": own.size,
         "not_own": int((~own).sum()),
         "largest_px": float(np.nanmax(np.abs(off))),
