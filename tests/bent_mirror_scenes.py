@@ -4,9 +4,7 @@ import numpy as np
 
 from raxel.calibration.mirror.observations import normalised
 from raxel.cameras import BentMirrorCamera, PerspectiveCamera, SplineMirrorCamera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import on_plane, pose, rotation_from_vector, spline_grid, transform
 from tests.mirror_scenes import lattice
 
 W, H = 3072, 2304

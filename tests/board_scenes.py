@@ -4,8 +4,7 @@ import numpy as np
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.fisheye import FisheyeCamera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 
 COLUMNS, ROWS, PITCH = 13, 10, 12.0
 BOARD = PITCH * np.stack(

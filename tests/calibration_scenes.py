@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from raxel.geometry.planes import intersect_rays_plane
-from raxel.geometry.poses import pose
+from raxel.geometry import intersect_rays_plane, pose
 
 
 def cone_directions(rng, count, field_deg, side=1.0):

@@ -6,12 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.mirror.rigs import mirror_rig
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.observations import normalised
+from raxel.calibration import clamp_of_camera, normalised
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import on_plane, spline_grid, transform
 from raxel.lab.set_rendering import render_board
 
 MOST_MM = 3.0  # the board is seen up to this deflection

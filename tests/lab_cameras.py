@@ -4,8 +4,14 @@ import math
 
 import numpy as np
 
-from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera, pixel_grid
-from raxel.cameras.registry import CAMERAS, camera_from
+from raxel.cameras import (
+    CAMERAS,
+    FisheyeCamera,
+    GeneralCamera,
+    PerspectiveCamera,
+    camera_from,
+    pixel_grid,
+)
 
 W, H = 200, 160
 SIZE = {"width": W, "height": H}

@@ -9,8 +9,7 @@ from raxel.cameras import (
     PerspectiveCamera,
     UnifiedSphereCamera,
 )
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 
 COLUMNS, ROWS, PITCH = 10, 10, 20.0
 BOARD = PITCH * np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1).reshape(

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 
 from raxel.calibration.views.correspondence import BoardShape
-from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.core.base import Projection
+from raxel.cameras import FisheyeCamera, PerspectiveCamera, Projection
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.sets.model import Chessboard
 from tests.image_sets import write_description

@@ -4,20 +4,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from raxel.calibration.mirror.bundle import StageView
-from raxel.calibration.mirror.platter import FlatMirrorImage
-from raxel.calibration.views.correspondence import BoardView
-from raxel.calibration.views.dense import dense_view
+from raxel.calibration import BoardView, FlatMirrorImage, StageView, dense_view
 from raxel.cameras import (
     FlexibleMirrorCamera,
     PerspectiveCamera,
     PlanarMirrorsCamera,
     SplineMirrorCamera,
+    pixel_grid,
 )
-from raxel.cameras.core.base import pixel_grid
-from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    spline_grid,
+    transform,
+)
 
 W, H = 3072, 2304
 VIEWER = PerspectiveCamera(

@@ -2,10 +2,14 @@
 
 import numpy as np
 
-from raxel.cameras import KannalaBrandtCamera, RaySplineCamera
-from raxel.cameras.tables.interpolation import control_shape
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
+from raxel.cameras import KannalaBrandtCamera, RaySplineCamera, control_shape
+from raxel.geometry import (
+    nearest_rotation,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 
 W, H = 320, 240
 LENS = KannalaBrandtCamera([1, -0.03, 0.004], (120, 120), (162, 118), W, H)

@@ -4,9 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
-from raxel.lab import Optics
+from raxel.lab import Optics, Visibility
 from raxel.lab.mirror_set_rig import load_mirror_set_rig
-from raxel.lab.target_poses import Visibility
 from raxel.sets import PatternPlan
 
 RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs" / "mirror-sets"
