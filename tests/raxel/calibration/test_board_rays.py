@@ -4,8 +4,7 @@ import numpy as np
 
 from raxel.calibration.generic.board_growth import ray_table
 from raxel.calibration.views.correspondence import pixels_on_board
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
+from raxel.geometry import on_plane, transform
 from tests.board_scenes import HEIGHT, WIDTH, board_poses, views_of
 
 CENTRE = np.array([0.02, -0.03, 0.05])

@@ -14,8 +14,7 @@ from raxel.calibration.mirror.platter import (
     reflection,
 )
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry import pose, rotate, transform, vector_from_rotation
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, pose, rotate, transform, vector_from_rotation
 from raxel.geometry.poses import cross_matrix
 from tests.mirror_scenes import THICKNESS, VIEWER, lattice, platter_scene, posed, view
 from tests.raised import raises_code

@@ -17,8 +17,7 @@ from raxel.calibration.mirror.clamp import (
 )
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import InputError
-from raxel.geometry import rotation_from_vector
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import rotation_from_vector, spline_grid
 from tests.mirror_scenes import VIEWER
 from tests.raised import raises_code
 

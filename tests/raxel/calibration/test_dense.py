@@ -5,20 +5,18 @@ import pytest
 
 from raxel.calibration import (
     calibrate_generic,
+    calibrate_opencv_fisheye,
     calibrate_zhang,
     dense_view,
     locate_pixels,
 )
 from raxel.calibration.generic.board_growth import ray_table
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.views import dense
 from raxel.calibration.views.correspondence import add_points
-from raxel.cameras.core.base import pixel_grid
-from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.cameras import PerspectiveCamera, pixel_grid
 from raxel.errors import InputError
+from raxel.evaluation import angular_residual, evaluate_camera
 from raxel.evaluation.coverage import board_counts
-from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.distortion import angular_residual
 from raxel.evaluation.misfit import misfit
 from raxel.geometry.poses import angle_between_rotations
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses

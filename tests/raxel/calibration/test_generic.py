@@ -5,14 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from raxel.calibration import calibrate_generic, pixels_on_board, sample_boards
 from raxel.calibration.generic import standard
-from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.views.correspondence import pixels_on_board
-from raxel.calibration.views.dense import sample_boards
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
-from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.distortion import angular_residual
+from raxel.evaluation import angular_residual, evaluate_camera
 from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.raised import raises_code

@@ -11,11 +11,9 @@ from raxel.calibration.generic import cgsp
 from raxel.calibration.generic.board_growth import ray_table
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.calibration.views import dense
-from raxel.cameras import AxialCamera, centrality
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras import AxialCamera, centrality, pixel_grid
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import inverse_pose, pose, transform
+from raxel.geometry import inverse_pose, on_plane, pose, transform
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.grid_scenes import SIZE_MM, grids_of, seen_points
 from tests.raised import raises_code

@@ -20,11 +20,9 @@ from raxel.cameras import (
     FisheyeCamera,
     PerspectiveCamera,
     UnifiedSphereCamera,
+    pixel_grid,
 )
-from raxel.cameras.core.base import pixel_grid
-from raxel.geometry.homography import apply_homography
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import nearest_rotation, transform
+from raxel.geometry import apply_homography, nearest_rotation, on_plane, transform
 from tests.board_scenes import HEIGHT, PITCH, WIDTH, board_poses
 
 K = np.array([[100, 0.5, 122], [0, 95, 88], [0, 0, 1.0]])

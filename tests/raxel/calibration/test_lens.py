@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from raxel.calibration import calibrate_lens
+from raxel.calibration import BoardView, calibrate_lens
 from raxel.calibration.parametric.lens_bundle import LensFormula, imaged_points
 from raxel.calibration.parametric.lens_fit import LAWS
-from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from tests.lens_scenes import BOARD, CAMERAS, COLUMNS, ROWS, SIZE, boards
 from tests.raised import raises_code
 

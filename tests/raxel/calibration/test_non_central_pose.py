@@ -5,9 +5,9 @@ import pytest
 
 from raxel.calibration.pose.non_central import other_tilt, pose_from_non_central_rays
 from raxel.cameras import Rays
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import (
+from raxel.geometry import (
     angle_between_rotations,
+    on_plane,
     pose,
     rotation_from_vector,
     tangent_bases,

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
+from raxel.calibration import BoardView, calibrate_opencv_fisheye
 from raxel.calibration.parametric import opencv_fits as opencv_fisheye
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
-from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.errors import InputError
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 
 COLUMNS, ROWS = 9, 6
 BOARD = 30.0 * np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1).reshape(

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration import rays_from_known_motion
-from raxel.calibration.mirror.observations import RayPoints
-from raxel.calibration.mirror.platter import grid_poses_in_platter
+from raxel.calibration import RayPoints, grid_poses_in_platter, rays_from_known_motion
 from raxel.calibration.mirror.primary import _refined, calibrate_primary, mirror_points
 from raxel.errors import InputError
 from raxel.geometry import intersect_rays_plane

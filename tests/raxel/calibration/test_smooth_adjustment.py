@@ -5,15 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration import BoardView, calibrate_spline
+from raxel.calibration import BoardView, adjust_spline, calibrate_spline
 from raxel.calibration.smooth import boards as smooth_boards
 from raxel.calibration.smooth import equations as linear_part
-from raxel.calibration.smooth.adjustment import adjust_spline
 from raxel.calibration.smooth.boards import RayTrend, _completed, _generic_start
 from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
 from raxel.cameras import KannalaBrandtCamera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector
+from raxel.geometry import on_plane, pose, rotation_from_vector
 from tests.raised import raises_code
 from tests.smooth_fields import (
     LENS,

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration import BoardView, calibrate_zhang
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import (
+from raxel.geometry import (
     angle_between_rotations,
+    on_plane,
     pose,
     rotation_from_vector,
     transform,

@@ -7,8 +7,7 @@ import pytest
 
 from chapters.shared.mirror.rigs import DYNAMIC_MM, mirror_rig
 from raxel.calibration.mirror.images import _steps
-from raxel.geometry import pose, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, pose, transform
 from raxel.lab import ImageTexture, Laboratory, Rectangle, TexturedScene
 from raxel.lab.set_rendering import write_image
 from raxel.sets import Charuco, ImageSet, View

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped
-from raxel.calibration.mirror.observations import normalised
+from raxel.calibration import Clamp, clamp_of_camera, clamped, normalised
 from raxel.calibration.mirror.refine import (
     orthogonality_rows,
     reflection_normals,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror.rigs import mirror_rig
+from raxel.calibration import BoardView, flat_view
 from raxel.calibration.mirror.images import _steps_in_part
 from raxel.calibration.mirror.observations import (
     LATTICE_SYMMETRIES,
@@ -13,12 +14,9 @@ from raxel.calibration.mirror.observations import (
     lattice_of,
     on_one_lattice,
 )
-from raxel.calibration.mirror.platter import flat_view
-from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, rejected
-from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.sets.mirror_set import MirrorStep, PickedClamp
 from tests.raised import raises_code
 

@@ -6,9 +6,7 @@ import pytest
 from raxel.calibration.mirror.clamp import bending_prior, clamp_of_camera
 from raxel.calibration.mirror.observations import RayPoints, normalised
 from raxel.calibration.mirror.refine import camera_of_shape, ray_sd, refine_shape
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import on_plane, spline_grid, transform
 from tests.bent_mirror_scenes import (
     GRID,
     T_VIEWER_MIRROR,

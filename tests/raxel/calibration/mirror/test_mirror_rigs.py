@@ -12,8 +12,7 @@ from chapters.shared.mirror.rigs import (
     mirror_rig,
 )
 from chapters.shared.rigs import RIGS
-from raxel.geometry import inverse_pose, transform
-from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry import intersect_rays_plane, inverse_pose, on_plane, transform
 
 ALL = pytest.mark.parametrize("name", FILES)
 SMALL = pytest.mark.parametrize("name", SMALL_FILES)

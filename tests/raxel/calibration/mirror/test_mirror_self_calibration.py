@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.self_calibration import linear_update, met_points
+from raxel.calibration import clamp_of_camera, linear_update, met_points
 from tests.bent_mirror_scenes import (
     bent,
     edge_pixels,

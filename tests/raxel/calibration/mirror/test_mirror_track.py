@@ -2,11 +2,9 @@
 
 import numpy as np
 
+from raxel.calibration import MirrorSettings, MirrorTracker
 from raxel.calibration.mirror.clamp import FixedLine, clamp_of_camera
-from raxel.calibration.mirror.track import MirrorTracker
-from raxel.calibration.mirror.update import MirrorSettings
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
+from raxel.geometry import on_plane, transform
 from tests.bent_mirror_scenes import (
     GRID,
     bent,

@@ -29,9 +29,7 @@ from raxel.calibration.mirror.update import (
     update_from_scene,
     update_mirror,
 )
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import on_plane, spline_grid, transform
 from tests.bent_mirror_scenes import (
     GRID,
     VIEWER,
