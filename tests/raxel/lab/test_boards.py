@@ -7,20 +7,23 @@ import pytest
 from scipy.stats import norm
 
 from raxel.errors import InputError
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import (
+from raxel.geometry import (
+    on_plane,
     pose,
     rotation_from_vector,
     transform,
     vector_from_rotation,
 )
-from raxel.lab import Optics
+from raxel.lab import (
+    Crop,
+    Optics,
+    Sensor,
+    board_scene,
+    load_rig,
+    mirror_in_view,
+    window_of,
+)
 from raxel.lab.lighting import BoardLight, Shadow
-from raxel.lab.optics import Crop
-from raxel.lab.rig import load_rig
-from raxel.lab.scenes import board_scene
-from raxel.lab.sensor import Sensor
-from raxel.lab.set_rendering import mirror_in_view, window_of
 from raxel.lab.target_poses import SIGHT_LINES, ListedPoses, Visibility, _mirror_points
 from tests.bent_mirror_scenes import bent
 from tests.raised import raises_line

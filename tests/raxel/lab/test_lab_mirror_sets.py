@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 import yaml
 
-from raxel.cameras import load_camera
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras import load_camera, pixel_grid
 from raxel.cli import main
 from raxel.errors import InputError
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, transform
 from raxel.io.files import read_json
 from raxel.lab import mirror_set_rig as rendering
 from raxel.lab import target_poses
@@ -21,8 +19,7 @@ from raxel.lab.mirror_set_rig import (
     load_mirror_set_rig,
     render_mirror_set,
 )
-from raxel.sets import read_image
-from raxel.sets.mirror_set import load_mirror_set
+from raxel.sets import load_mirror_set, read_image
 from tests.raxel.lab.test_rig import ORIGINS, quantities
 from tests.tiny_mirror_rig import RIGS, SETS, tiny_rig
 

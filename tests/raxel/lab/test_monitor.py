@@ -19,8 +19,7 @@ from raxel.geometry import (
     transform,
 )
 from raxel.io.files import read_json
-from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
-from raxel.lab.rig import load_rig
+from raxel.lab import MonitorLevel, MonitorPattern, load_rig, monitor_scene, trace
 from raxel.lab.set_rendering import MonitorSight, points_seen, render_set
 from raxel.sets import (
     ActiveGrid,

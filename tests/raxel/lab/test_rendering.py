@@ -6,16 +6,22 @@ import numpy as np
 import pytest
 
 from lab_cameras import EVERY, H, W
-from raxel.cameras import FisheyeCamera, OrthographicCamera, PerspectiveCamera
-from raxel.cameras.registry import CAMERAS
+from raxel.cameras import CAMERAS, FisheyeCamera, OrthographicCamera, PerspectiveCamera
 from raxel.features.detector import refine
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab import Plain, Rectangle, TexturedScene, board_scene, render, trace
+from raxel.lab import (
+    Laboratory,
+    Plain,
+    Rectangle,
+    Sensor,
+    TexturedScene,
+    board_scene,
+    render,
+    trace,
+)
 from raxel.lab import render as render_function
 from raxel.lab.optics import Crop, Optics, Raster, Sight, visible_share
 from raxel.lab.rendering import PixelMeans, lattice
-from raxel.lab.rig import Laboratory
-from raxel.lab.sensor import Sensor
 from raxel.lab.textures import ChessboardTexture, Panels, Texture, Tiles
 from raxel.sets import Chessboard
 from tests.corner_check import board_before, fitted_corners

@@ -8,8 +8,7 @@ import yaml
 
 from raxel.cameras import FisheyeCamera
 from raxel.errors import InputError
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import rig as rig_limits
 from raxel.lab.rig import load_rig, pattern_plan
 from raxel.lab.target_poses import AroundPoses, DrawnPoses, Visibility, outline_of

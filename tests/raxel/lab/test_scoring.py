@@ -12,9 +12,9 @@ from raxel.cameras import (
     GeneralCamera,
     PerspectiveCamera,
     QuadricMirrorCamera,
+    load_camera,
     pixel_grid,
 )
-from raxel.cameras.registry import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners

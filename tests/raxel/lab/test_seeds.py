@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.lab.rig import load_rig
-from raxel.lab.set_rendering import render_patterns, render_set
+from raxel.lab import load_rig, render_patterns, render_set
 from raxel.sets import read_image
 from tests.raxel.lab.test_rig import changed, leaf
 
