@@ -3,30 +3,31 @@
 import numpy as np
 import pytest
 
-from raxel.cameras import PerspectiveCamera
-from raxel.cameras.core.base import Rays
+from raxel.cameras import PerspectiveCamera, Rays
 from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector
-from raxel.multiview.fits.circles import fit_circle
-from raxel.multiview.fits.conics import algebraic_conic, fit_conic
-from raxel.multiview.fits.cylinders import fit_cylinder
-from raxel.multiview.fits.planes import fit_plane
+from raxel.multiview import (
+    RayView,
+    algebraic_conic,
+    bundle_rays,
+    circle_outline,
+    facing_plane,
+    fit_circle,
+    fit_conic,
+    fit_cylinder,
+    fit_plane,
+    measured_circle,
+    plane_image,
+    points_on_plane,
+    triangulate,
+    view_of_plane,
+)
 from raxel.multiview.generalised_motion import (
     generalised_pose,
     generalised_pose_ransac,
     motion_information,
     refine_generalised_pose,
 )
-from raxel.multiview.plane_points import (
-    circle_outline,
-    facing_plane,
-    measured_circle,
-    plane_image,
-    points_on_plane,
-    view_of_plane,
-)
-from raxel.multiview.points import RayView, triangulate
-from raxel.multiview.ray_bundle import bundle_rays
 from raxel.multiview.ray_noise import angular_rays, rays_of_pixels
 
 RNG = np.random.default_rng(5)

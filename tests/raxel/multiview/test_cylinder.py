@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.linear.line_cameras import OrthographicCamera
-from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
+from raxel.cameras import (
+    FisheyeCamera,
+    OrthographicCamera,
+    PerspectiveCamera,
+    QuadricMirrorCamera,
+)
 from raxel.multiview.views import cylindrical_view, resample, source_pixels
 from tests.raised import raises_code
 

@@ -6,7 +6,7 @@ import pytest
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane, stepped
-from raxel.multiview.fits.circles import fit_circle
+from raxel.multiview import fit_circle, fit_plane
 from raxel.multiview.fits.conics import (
     _system,
     algebraic_conic,
@@ -15,7 +15,6 @@ from raxel.multiview.fits.conics import (
     value,
 )
 from raxel.multiview.fits.cylinders import cylinder_system, fit_cylinder, turned_axis
-from raxel.multiview.fits.planes import fit_plane
 
 
 @pytest.fixture

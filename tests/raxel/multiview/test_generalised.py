@@ -5,8 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from raxel.cameras import PerspectiveCamera
-from raxel.cameras.core.base import Rays
+from raxel.cameras import PerspectiveCamera, Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotation
 from raxel.multiview import generalised_motion as generalised_robust

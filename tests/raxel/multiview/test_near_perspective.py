@@ -6,8 +6,7 @@ import pytest
 from raxel.cameras.core.base import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
-from raxel.geometry import inverse_pose, pose, transform
-from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry import intersect_rays_plane, inverse_pose, on_plane, pose, transform
 from raxel.lab.objects import Bust
 from raxel.multiview.plane_points import (
     facing_plane,

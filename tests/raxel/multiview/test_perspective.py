@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.cameras import FisheyeCamera
-from raxel.cameras.tables.general import GeneralCamera
+from raxel.cameras import FisheyeCamera, GeneralCamera
 from raxel.geometry.poses import rotation_from_vector
 from raxel.multiview.views import PerspectiveView, perspective_view, source_pixels
 

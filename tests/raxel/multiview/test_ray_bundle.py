@@ -12,7 +12,7 @@ from raxel.geometry.poses import (
     transform,
     vector_from_rotation,
 )
-from raxel.multiview.generalised_motion import refine_generalised_pose
+from raxel.multiview import bundle_rays, refine_generalised_pose
 from raxel.multiview.points import (
     PlacedPoints,
     PointSystem,
@@ -22,7 +22,6 @@ from raxel.multiview.points import (
     moved_poses,
     triangulate,
 )
-from raxel.multiview.ray_bundle import bundle_rays
 from raxel.multiview.ray_noise import (
     angular_rays,
     depths_of_pairs,
