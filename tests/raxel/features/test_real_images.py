@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from raxel.evaluation.cross_validation import corner_errors, is_right
-from raxel.features import DETECTORS, find_board
-from raxel.features.boards import detect_boards
+from raxel.features import DETECTORS, detect_boards, find_board
 from raxel.sets import load_reference, load_set, read_image
 
 RECORDED = Path(os.environ.get("RAXEL_RECORDED", "nowhere"))

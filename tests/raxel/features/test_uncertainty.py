@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
-from raxel.calibration.views.boards import board_views
+from raxel.calibration import BoardView, board_views, calibrate_generic, calibrate_zhang
 from raxel.calibration.views.correspondence import check_view
 from raxel.cameras import pixel_grid
 from raxel.errors import InputError

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror.scores import load_height
-from raxel.calibration.mirror.track import MirrorTracker, VideoTracker
-from raxel.calibration.mirror.update import MirrorSettings
+from raxel.calibration import MirrorSettings, MirrorTracker, VideoTracker
 from raxel.errors import InputError
 from raxel.features.lattice import spacing
 from raxel.features.video import _smooth, track_corners

@@ -6,8 +6,7 @@ import pytest
 from raxel.features.active_grid import decode
 from raxel.features.active_grid import phase_unwrapping as breaks
 from raxel.features.active_grid.coding import plan_arrays, read_coding
-from raxel.sets import PatternPlan
-from raxel.sets.model import Pattern
+from raxel.sets import Pattern, PatternPlan
 from tests.active_grids import drawn
 
 BROKEN = "at a break of the surface"

@@ -7,8 +7,7 @@ import pytest
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
 from raxel.features.celect.algorithm import find_celect
-from raxel.sets import load_set, write_set
-from raxel.sets.model import Chessboard, ImageSet, View
+from raxel.sets import Chessboard, ImageSet, View, load_set, write_set
 from tests.raxel.features.celect.test_celect import CLICKS, COLUMNS, IMAGE, ROWS, TRUTH
 
 HIDDEN = np.hypot(*(np.indices(IMAGE.shape)[::-1] - TRUTH[2, 3][:, None, None])) < 22

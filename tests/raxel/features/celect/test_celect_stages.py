@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.features.celect import CelectSettings, algorithm, along_contour
+from raxel.features.celect import CelectSettings, algorithm, along_contour, merged_lines
 from raxel.features.celect.algorithm import (
     _Run,
     average_close,
@@ -15,7 +15,6 @@ from raxel.features.celect.algorithm import (
     processed,
     snapped,
 )
-from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.trace import (
     Layers,
     Trace,

@@ -6,11 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import find_board
+from raxel.features import Detection, find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.chessboard.grids import Grid, is_nearly_complete, mask_corners
 from raxel.features.chessboard.verdict import judge_grid
-from raxel.features.detector import Detection
 from raxel.features.lattice import (
     lattice_fault,
     misfit,

@@ -8,13 +8,13 @@ from raxel.errors import InputError
 from raxel.features.localise import (
     corner_subpix,
     derivative,
+    opencv_subpix,
     saddle,
     saddle_point,
     subpix,
 )
 from raxel.features.localise.ridges import _columns, _offsets
 from raxel.features.localise.saddle import _variance, fit_saddles, noise_variance
-from raxel.features.localise.subpix import opencv_subpix
 
 LOCALISERS = {
     "saddle-point": saddle_point,
