@@ -12,8 +12,7 @@ import pytest
 
 import raxel
 from raxel import cli
-from raxel.cameras import GeneralCamera, PerspectiveCamera
-from raxel.cameras.registry import load_camera
+from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera
 from raxel.cli import main
 from raxel.cli.commands import PROGRAM
 from raxel.cli.models import FITS

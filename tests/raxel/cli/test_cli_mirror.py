@@ -18,8 +18,7 @@ from raxel.cli import main
 from raxel.cli.mirror import _primary
 from raxel.errors import InputError
 from raxel.io.files import read_json
-from raxel.sets import PatternPlan
-from raxel.sets.mirror_set import load_mirror_set
+from raxel.sets import PatternPlan, load_mirror_set
 from raxel.show.cameras import mirrors
 from tests import mirror_sets, rendered_mirror_sets
 
