@@ -5,6 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from raxel.cameras import (
+    BeamProfile,
+    ElasticaProfile,
     FlexibleMirrorCamera,
     PerspectiveCamera,
     PlanarMirrorsCamera,
@@ -12,7 +14,6 @@ from raxel.cameras import (
     load_camera,
 )
 from raxel.cameras.mirrors.flexible import ClampedMirror
-from raxel.cameras.mirrors.profiles import BeamProfile, ElasticaProfile
 from raxel.cameras.mirrors.sheet_surface import Unevenness
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, rotate, transform

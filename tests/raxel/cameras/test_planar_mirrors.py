@@ -15,8 +15,12 @@ from raxel.cameras import (
 )
 from raxel.cameras.mirrors.bent import ball_facets
 from raxel.errors import InputError
-from raxel.geometry import pose, rotation_from_vector, vector_from_rotation
-from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry import (
+    intersect_rays_plane,
+    pose,
+    rotation_from_vector,
+    vector_from_rotation,
+)
 
 W, H = 640, 480
 WIDE = PerspectiveCamera([[300, 0, 319.5], [0, 300, 239.5], [0, 0, 1]], [], W, H)

@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration import BoardView, calibrate_zhang
 from raxel.cameras import PerspectiveCamera
 from raxel.evaluation.coverage import BeyondBoards, beyond_boards
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import CorrectionFields
 from raxel.evaluation.split_half import split_half
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 
 SIZE = np.array([640, 480])
 MIDDLE = (SIZE - 1) / 2

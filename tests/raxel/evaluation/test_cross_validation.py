@@ -11,8 +11,7 @@ from raxel.evaluation.cross_validation import (
     evaluate_camera,
     fit_board_pose,
 )
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, board_poses, views_of
 from tests.raised import raises_code
 

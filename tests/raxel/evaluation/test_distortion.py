@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.cameras.lenses.fisheye import FisheyeCamera
-from raxel.cameras.lenses.perspective import PerspectiveCamera
-from raxel.cameras.tables.general import GeneralCamera
+from raxel.cameras import FisheyeCamera, GeneralCamera, PerspectiveCamera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import (
     angular_residual,
@@ -13,9 +11,14 @@ from raxel.evaluation.distortion import (
     distortion_residual,
     synthetic_plane,
 )
-from raxel.geometry.homography import apply_homography
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotate, rotation_from_vector, transform
+from raxel.geometry import (
+    apply_homography,
+    on_plane,
+    pose,
+    rotate,
+    rotation_from_vector,
+    transform,
+)
 
 GRID = 10.0 * np.stack(np.meshgrid(np.arange(9), np.arange(7)), -1).reshape(-1, 2)
 H = np.array([[3.0, 0.2, 100.0], [-0.3, 2.8, 80.0], [1e-3, -5e-4, 1.0]])

@@ -11,8 +11,7 @@ from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.coverage import beyond_boards
 from raxel.evaluation.misfit import CorrectionFields, misfit
 from raxel.evaluation.split_half import _difference
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, transform
+from raxel.geometry import on_plane, pose, transform
 from tests.made_sets import BOARD, COLUMNS, PINHOLE, ROWS
 
 

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.cameras.lenses.fisheye import FisheyeCamera
-from raxel.cameras.tables.general import GeneralCamera
+from raxel.cameras import FisheyeCamera, GeneralCamera
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import pixels_by_point, refine_pose_in_pixels
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.mirror_cameras import CONVEX
 

@@ -8,8 +8,7 @@ import pytest
 
 from raxel.evaluation.cross_validation import corner_errors, is_right
 from raxel.features.detector import Detection, rejected
-from raxel.sets import Chessboard, ReferenceCorners
-from raxel.sets.reference import load_reference
+from raxel.sets import Chessboard, ReferenceCorners, load_reference
 
 COLUMNS, ROWS = 5, 4
 CORNERS = Chessboard(COLUMNS, ROWS, 20.0).points() + (100, 80)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.cross_validation import evaluate_camera
@@ -17,8 +16,7 @@ from raxel.evaluation.split_half import (
     _judged,
     split_half,
 )
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import rotation_from_vector, transform
+from raxel.geometry import on_plane, rotation_from_vector, transform
 from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
 
 SIZE = 640, 480

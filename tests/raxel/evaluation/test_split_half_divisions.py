@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.evaluation.split_half import halves_of
-from raxel.geometry import pose, rotation_from_vector
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, pose, rotation_from_vector
 
 CORNERS = np.array([[x, y] for y in (-20.0, 0, 20) for x in (-30.0, 0, 30)])
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from raxel.report.canvas import Canvas
 from raxel.report.images import GAP, LABEL, THUMBNAIL, _deviations, pattern_sheet
-from raxel.sets import patterns_of, plan_of_cells
-from raxel.sets.patterns import pattern_image
+from raxel.sets import pattern_image, patterns_of, plan_of_cells
 
 
 def legend_text(monkeypatch, sigma):

@@ -10,7 +10,7 @@ from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.evaluation.split_half import Division
 from raxel.io.files import read_json
-from raxel.report import write
+from raxel.report import check_report, new_report, write
 from raxel.report.canvas import Canvas
 from raxel.report.images import (
     CUT,
@@ -22,7 +22,6 @@ from raxel.report.images import (
     disagreement_figure,
     pooled_figure,
 )
-from raxel.report.page import check_report, new_report
 from raxel.sets import load_set
 from tests.made_sets import (
     BOARD,

@@ -13,8 +13,7 @@ from raxel.errors import InputError
 from raxel.features.boards import detect_boards
 from raxel.geometry import pose, transform
 from raxel.io import rendering
-from raxel.lab import load_rig
-from raxel.lab.rig import Rig
+from raxel.lab import Rig, load_rig
 from raxel.lab.set_rendering import POSES
 from raxel.sets import load_set
 from raxel.show import Points, Segments, Surface, camera_scene
