@@ -62,6 +62,10 @@ def boards(camera, rng, count, sd_px, columns=8, rows=6, pitch=20.0):
     return seen, np.array(poses)
 
 
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
 def disturbed(poses, rng, angle=0.01, shift=2.0):
     """Poses (n, 4, 4) off by some hundredths of a radian and mm."""
     R = poses[:, :3, :3] @ rotation_from_vector(rng.normal(0, angle, (len(poses), 3)))

@@ -247,21 +247,23 @@ def test_stage_without_previous_grid_is_less_certain():
 def test_bundle_rejects_undetermined_shape():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
-    with raises_code("no-feature-at-end"):
-        bundle_stages(starts, views[:5], T, clamp=clamp)
-    with raises_code("open-coefficients"):
-        bundle_stages(starts, views, [*T, T[0]], clamp=clamp)
     # Without the corners at the free edge, what they support is named.
     pixels = views[5].view.pixels
     near = np.where(pixels[:, :1] > 1300, pixels, np.nan)
     near = views[5]._replace(view=views[5].view._replace(pixels=near))
-    with raises_code("no-feature-at-end"):
-        bundle_stages(starts, [*views[:5], near], T, clamp=clamp)
-    with pytest.raises(InputError, match="stage 4 and grid 0"):
-        bundle_stages(starts, [views[0]._replace(stage=4)], T, clamp=clamp)
     aside = views[1].view._replace(pixels=views[1].view.pixels + [2900, 0])
-    with raises_code("too-few-corners"):
-        bundle_stages(starts, [views[1]._replace(view=aside)], T, clamp=clamp)
+    for rejected, arguments in (
+        (raises_code("no-feature-at-end"), (starts, views[:5], T)),
+        (raises_code("open-coefficients"), (starts, views, [*T, T[0]])),
+        (raises_code("no-feature-at-end"), (starts, [*views[:5], near], T)),
+        (
+            pytest.raises(InputError, match="stage 4 and grid 0"),
+            (starts, [views[0]._replace(stage=4)], T),
+        ),
+        (raises_code("too-few-corners"), (starts, [views[1]._replace(view=aside)], T)),
+    ):
+        with rejected:
+            bundle_stages(*arguments, clamp=clamp)
 
 
 @pytest.mark.parametrize("misfit", [0.0, 4e-4])

@@ -149,18 +149,26 @@ def test_small_board_tries_both_tilts():
 def test_flat_mirror_rejects_impossible_images():
     (first, second), _ = platter_scene()
     exchanged = FlatMirrorImage(first.grid, first.board)
-    with raises_code("image-before-mirror"):
-        grid_poses_in_platter(VIEWER, [exchanged], THICKNESS)
-    with pytest.raises(InputError, match="field 'position'"):
-        grid_poses_in_platter(VIEWER, [second], THICKNESS)
-    with pytest.raises(InputError, match="field 'thickness': 400"):
-        grid_poses_in_platter(VIEWER, [first], 400)
     moved = second._replace(position=0)
-    with raises_code("poses-misfit"):
-        grid_poses_in_platter(VIEWER, [first, moved], THICKNESS)
     none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
-    with pytest.raises(CalibrationError, match="image 0: grid"):
-        grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
+    for rejected, arguments in (
+        (raises_code("image-before-mirror"), (VIEWER, [exchanged], THICKNESS)),
+        (
+            pytest.raises(InputError, match="field 'position'"),
+            (VIEWER, [second], THICKNESS),
+        ),
+        (
+            pytest.raises(InputError, match="field 'thickness': 400"),
+            (VIEWER, [first], 400),
+        ),
+        (raises_code("poses-misfit"), (VIEWER, [first, moved], THICKNESS)),
+        (
+            pytest.raises(CalibrationError, match="image 0: grid"),
+            (VIEWER, [first._replace(grid=none)], THICKNESS),
+        ),
+    ):
+        with rejected:
+            grid_poses_in_platter(*arguments)
 
 
 def few(seen, rng):

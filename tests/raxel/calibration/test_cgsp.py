@@ -138,16 +138,17 @@ def test_parallel_grids_are_rejected_by_name(vectors, message, noise):
 
 def test_linear_cgsp_rejects_degenerate_input():
     _, _, _, points = scene(0)
-    with raises_code("too-few-grids"):
-        linear_cgsp(points[:2], side=1)
     apart = points.copy()
     apart[2, 2:] = np.nan
-    with raises_code("no-overlap"):
-        linear_cgsp(apart, side=1)
     line = points.copy()
     line[..., 1] = 2 * line[..., 0]
-    with pytest.raises(CalibrationError, match="grid 1"):
-        linear_cgsp(line, side=1)
+    for rejected, wrong in (
+        (raises_code("too-few-grids"), points[:2]),
+        (raises_code("no-overlap"), apart),
+        (pytest.raises(CalibrationError, match="grid 1"), line),
+    ):
+        with rejected:
+            linear_cgsp(wrong, side=1)
 
 
 def test_image_noise_weights_match_derivatives():

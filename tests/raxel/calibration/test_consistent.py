@@ -195,26 +195,32 @@ def test_bad_input_is_rejected_in_one_line():
     centre, T, _, points, seen = partly_seen(5, SHARE, count=80)
     alone = seen.copy()
     alone[3] = False
-    with pytest.raises(CalibrationError, match="grid 3"):
-        adjust_consistent(points, alone, centre, T)
     behind = T.copy()
     behind[2, 2, 3] += 3 * centre[2]
-    with pytest.raises(CalibrationError, match="grid 2"):
-        adjust_consistent(points, seen, centre, behind)
-    with raises_code("not-finite"):
-        adjust_consistent(points, np.ones_like(seen), centre, T)
-    with raises_code("too-few-rays"):
-        adjust_consistent(exact_scene(5)[3][:, :3], None, *exact_scene(5)[:2])
-    with pytest.raises(InputError, match="'T_base_grid'"):
-        adjust_consistent(points, seen, centre, T[:3])
-    with raises_code("too-few-grids"):
-        adjust_consistent(points[:2], seen[:2], centre, T[:2])
     flat = exact_scene(6, count=100)
     parallel = flat[1].copy()
     parallel[1:, :3, :3], parallel[1:, 2, 3] = np.eye(3), (50.0, -50.0)
     both = meet_grids(flat[0], flat[2], parallel)
-    with raises_code("parallel-grids"):
-        adjust_consistent(*both, flat[0], parallel)
+    for rejected, arguments in (
+        (pytest.raises(CalibrationError, match="grid 3"), (points, alone, centre, T)),
+        (
+            pytest.raises(CalibrationError, match="grid 2"),
+            (points, seen, centre, behind),
+        ),
+        (raises_code("not-finite"), (points, np.ones_like(seen), centre, T)),
+        (
+            raises_code("too-few-rays"),
+            (exact_scene(5)[3][:, :3], None, *exact_scene(5)[:2]),
+        ),
+        (
+            pytest.raises(InputError, match="'T_base_grid'"),
+            (points, seen, centre, T[:3]),
+        ),
+        (raises_code("too-few-grids"), (points[:2], seen[:2], centre, T[:2])),
+        (raises_code("parallel-grids"), (*both, flat[0], parallel)),
+    ):
+        with rejected:
+            adjust_consistent(*arguments)
     with pytest.raises(InputError, match="loss: found 'l1'"):
         adjust_consistent(points, seen, centre, T, loss="l1")
     for sigma in (0.0, np.ones(len(points)), np.ones(points.shape[1])):

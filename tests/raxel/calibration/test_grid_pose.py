@@ -11,30 +11,24 @@ from raxel.calibration.pose.grid_pose import (
     synthetic_plane_normal,
     tangent_bases,
 )
-from raxel.geometry.poses import (
+from raxel.geometry import (
     angle_between_rotations,
+    on_plane,
     pose,
     rotation_from_vector,
     transform,
     vector_from_rotation,
 )
 from tests.raised import raises_code
+from tests.ray_scenes import unit
 
 T_TRUE = pose(rotation_from_vector([0.35, -0.3, 0.4]), [30.0, -40.0, 500.0])
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def lifted(points):
-    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
 
 
 def exact(seed, count=200, T=T_TRUE, half=300.0):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-half, half, (count, 2))
-    return unit(transform(T, lifted(points))), points, rng
+    return unit(transform(T, on_plane(points))), points, rng
 
 
 def shaken(directions, sigma, rng):
@@ -81,7 +75,7 @@ def test_rays_behind_plane_are_excluded():
     # The grid reaches from one side of the camera almost to the other: 165 degrees.
     near = pose(np.eye(3), [0.0, 0.0, 40.0])
     points = np.random.default_rng(3).uniform([-300, -20], [300, 20], (400, 2))
-    directions = unit(transform(near, lifted(points)))
+    directions = unit(transform(near, on_plane(points)))
     assert np.degrees(np.arccos((directions @ directions.T).min())) > 160
     found = linear_grid_pose(directions, points, normal=[1.0, 0.0, 0.3])
     assert 0 < found.behind < 300
@@ -92,7 +86,7 @@ def test_facing_plane_meets_all_rays():
     near = pose(np.eye(3), [0.0, 0.0, 100.0])
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     points = 250 * np.column_stack([np.cos(angle), np.sin(angle)])
-    directions = unit(transform(near, lifted(points)))
+    directions = unit(transform(near, on_plane(points)))
     across = synthetic_plane_normal(directions)
     assert abs(across[2]) < 1e-6
     assert linear_grid_pose(directions, points, normal=across).behind >= 18
@@ -135,7 +129,9 @@ def test_angular_jacobian_equals_differences():
     directions[20:30] = shaken(directions[20:30], 1e-5, rng)
     across = tangent_bases(directions)
     residual, jacobian = angular_system(directions, across, points, T_TRUE)
-    chord = np.linalg.norm(unit(transform(T_TRUE, lifted(points))) - directions, axis=1)
+    chord = np.linalg.norm(
+        unit(transform(T_TRUE, on_plane(points))) - directions, axis=1
+    )
     np.testing.assert_allclose(
         np.linalg.norm(residual, axis=1), 2 * np.arcsin(chord / 2), atol=1e-12
     )
@@ -179,7 +175,7 @@ def test_angular_pose_is_more_accurate_than_linear(known):
 def test_bad_input_is_rejected_in_one_line():
     directions, points, rng = exact(9, count=20)
     line = np.column_stack([points[:, 0], 2 * points[:, 0]])
-    on_line = unit(transform(T_TRUE, lifted(line)))
+    on_line = unit(transform(T_TRUE, on_plane(line)))
     rejected = [
         ("too-few-rays", lambda: linear_grid_pose(directions[:3], points[:3])),
         ("normal", lambda: linear_grid_pose(

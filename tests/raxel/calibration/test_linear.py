@@ -145,14 +145,15 @@ def test_parallel_grids_are_rejected(vectors, noise):
 
 def test_too_few_grids_or_rays_are_rejected():
     _, _, _, points = scene(0)
-    with raises_code("too-few-grids"):
-        linear_well_conditioned(points[:2], side=1)
-    with raises_code("too-few-rays"):
-        linear_well_conditioned(points[:, :5], side=1)
     line = points.copy()
     line[..., 1] = 2 * line[..., 0]
-    with raises_code("degenerate-points"):
-        linear_well_conditioned(line, side=1)
+    for code, wrong in (
+        ("too-few-grids", points[:2]),
+        ("too-few-rays", points[:, :5]),
+        ("degenerate-points", line),
+    ):
+        with raises_code(code):
+            linear_well_conditioned(wrong, side=1)
 
 
 def test_duplicate_points_do_not_count_as_rays():

@@ -161,13 +161,17 @@ def test_primary_covariance_includes_pose_errors():
 def test_primary_rejects_degenerate_input():
     true = spline_camera(viewer=small(24))
     views = lit_views(true, GRIDS)
-    with pytest.raises(InputError, match="1 views"):
-        calibrate_primary(true.viewer, views[:1], GRIDS[:1])
-    with raises_code("rays-do-not-meet"):
-        calibrate_primary(true.viewer, views, GRIDS[::-1])
     mirrored = views[1]._replace(mirrored=not views[1].mirrored)
-    with raises_code("mixed-views"):
-        calibrate_primary(true.viewer, [views[0], mirrored], GRIDS)
+    for rejected, arguments in (
+        (
+            pytest.raises(InputError, match="1 views"),
+            (true.viewer, views[:1], GRIDS[:1]),
+        ),
+        (raises_code("rays-do-not-meet"), (true.viewer, views, GRIDS[::-1])),
+        (raises_code("mixed-views"), (true.viewer, [views[0], mirrored], GRIDS)),
+    ):
+        with rejected:
+            calibrate_primary(*arguments)
     narrow = [v._replace(location=np.where(
         np.arange(v.location.shape[1])[:, None] < 50, v.location, np.nan
     )) for v in views]  # fmt: skip

@@ -22,13 +22,10 @@ from tests.smooth_fields import (
     disturbed,
     misfit_px,
     positions,
+    rms,
 )
 
 N_BOARDS = 12
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def scene(seed, sd_px, count=N_BOARDS):

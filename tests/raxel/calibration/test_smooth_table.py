@@ -31,13 +31,10 @@ from tests.smooth_fields import (
     misfit_px,
     noisy_rays,
     positions,
+    rms,
 )
 
 TREND = LENS, np.eye(4)
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def test_field_sums_equal_least_squares():

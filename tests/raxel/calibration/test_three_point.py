@@ -14,21 +14,15 @@ from raxel.calibration.pose.three_point import (
     refine_pose_ray_point,
     three_point_depths,
 )
-from raxel.geometry.poses import (
+from raxel.geometry import (
     angle_between_rotations,
+    on_plane,
     pose,
     rotation_from_vector,
     transform,
 )
 from tests.raised import raises_code
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def lifted(points):
-    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+from tests.ray_scenes import unit
 
 
 def triples(seed, count):
@@ -36,7 +30,7 @@ def triples(seed, count):
     rotation = rotation_from_vector(0.6 * rng.normal(size=(count, 3)))
     shift = rng.uniform([-200, -200, 150], [200, 200, 900], (count, 3))
     points = rng.uniform(-150, 150, (count, 3, 2))
-    corners = transform(pose(rotation, shift), lifted(points))
+    corners = transform(pose(rotation, shift), on_plane(points))
     return points, corners, pose(rotation, shift)
 
 
@@ -44,7 +38,7 @@ def noisy_grid(seed, count=200, noise=0.0, outliers=0):
     rng = np.random.default_rng(seed)
     T = pose(rotation_from_vector([0.2, -0.3, 0.1]), [10.0, 20.0, 500.0])
     points = rng.uniform(-150, 150, (count, 2))
-    directions = unit(transform(T, lifted(points)))
+    directions = unit(transform(T, on_plane(points)))
     points = points + noise * rng.normal(size=points.shape)
     points[:outliers] = rng.uniform(-150, 150, (outliers, 2))
     return directions, points, T, rng
@@ -95,7 +89,7 @@ def test_poses_of_exact_triples():
     best = np.full(500, np.inf)
     np.minimum.at(best, triple, gap)
     assert np.mean(best < 1e-4) > 0.995
-    seen = transform(poses, lifted(points[triple]))
+    seen = transform(poses, on_plane(points[triple]))
     assert np.abs(unit(seen) - unit(corners)[triple]).max() < 1e-6
 
 
@@ -137,7 +131,7 @@ def test_ransac_threshold_is_in_radians():
 def test_refinement_is_exact_for_many_origins():
     _, points, T, rng = noisy_grid(7)
     origins = 30.0 * rng.normal(size=(len(points), 3))
-    directions = unit(transform(T, lifted(points)) - origins)
+    directions = unit(transform(T, on_plane(points)) - origins)
     start = T @ pose(rotation_from_vector([0.05, -0.04, 0.1]), [8.0, -9.0, 20.0])
     found, cost = refine_pose_ray_point(directions, points, start, origins=origins)
     assert np.abs(found - T).max() < 1e-8
@@ -164,12 +158,16 @@ def test_jacobian_equals_differences():
 
 def test_bad_input_is_rejected_in_one_line():
     directions, points, _, rng = noisy_grid(9, count=10)
-    with raises_code("too-few-points"):
-        pose_from_rays(directions[:2], points[:2], rng, 1.0)
-    with raises_code("not-finite"):
-        pose_from_rays(np.where(directions > 0.9, np.nan, directions), points, rng, 1.0)
-    with raises_code("no-pose"):
-        pose_from_rays(directions, np.column_stack([points[:, 0]] * 2), rng, 1.0)
+    for code, arguments in (
+        ("too-few-points", (directions[:2], points[:2], rng, 1.0)),
+        (
+            "not-finite",
+            (np.where(directions > 0.9, np.nan, directions), points, rng, 1.0),
+        ),
+        ("no-pose", (directions, np.column_stack([points[:, 0]] * 2), rng, 1.0)),
+    ):
+        with raises_code(code):
+            pose_from_rays(*arguments)
 
 
 def test_spread_triples_tolerate_40_percent_outliers():
@@ -196,7 +194,7 @@ def test_refinement_minimises_chosen_error():
     directions, points, _, rng = noisy_grid(7, count=60, noise=1.0)
 
     def angles(T):
-        sight = unit(transform(T, lifted(points)))
+        sight = unit(transform(T, on_plane(points)))
         return np.arcsin(np.linalg.norm(np.cross(sight, directions), axis=1))
 
     found = pose_from_rays(directions, points, rng, 0.1, metric="angle").T_camera_grid

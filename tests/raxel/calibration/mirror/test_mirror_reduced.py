@@ -148,10 +148,14 @@ def test_reduced_rejects_degenerate_input():
     assert "reach 25%" in rejected(u=near, points=points)
     shorter = DistanceCurve(np.zeros(4), (-0.4, 0.2))
     assert "features are outside the mirror" in rejected(before=shorter)
-    with raises_code("too-few-features"):
-        place_row(np.zeros((2, 2)), np.ones((2, 2)), np.arange(2.0))
-    with raises_code("parallel-rays"):
-        place_row(np.zeros((3, 2)), np.tile([0.0, 1.0], (3, 1)), np.arange(3.0))
     apart = np.array([[0.0, 1.0], [0.6, -0.8], [-0.6, 0.8]])
-    with raises_code("behind-camera"):
-        place_row(np.zeros((3, 2)), apart, np.arange(3.0))
+    for code, arguments in (
+        ("too-few-features", (np.zeros((2, 2)), np.ones((2, 2)), np.arange(2.0))),
+        (
+            "parallel-rays",
+            (np.zeros((3, 2)), np.tile([0.0, 1.0], (3, 1)), np.arange(3.0)),
+        ),
+        ("behind-camera", (np.zeros((3, 2)), apart, np.arange(3.0))),
+    ):
+        with raises_code(code):
+            place_row(*arguments)
