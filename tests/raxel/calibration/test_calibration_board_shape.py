@@ -115,7 +115,7 @@ def test_board_shape_is_estimated_with_camera(values, used):
     assert abs(focal - FOCAL_PX) < 3 * sd < 0.3
 
 
-@pytest.mark.parametrize("photographs", [6, 30])
+@pytest.mark.parametrize("n_images", [6, 30])
 def test_wald_test_follows_f_distribution(n_images):
     """Of two numbers the law has a closed form: (1 + q / n)^(-n / 2)."""
     covariance = np.array([[4.0, 1.0], [1.0, 2.0]])
