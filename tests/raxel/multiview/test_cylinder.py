@@ -153,13 +153,14 @@ def test_panorama_rejects_invalid_input(camera):
     off = QuadricMirrorCamera.misaligned(
         off.viewer, "hyperboloid", [A, B], 37.5, [1.0, 0, 0]
     )
-    with raises_code("not-central"):
-        cylindrical_view(off, DOWN, AHEAD, WIDTH)
-    with raises_code("parallel-directions"):
-        cylindrical_view(camera, DOWN, (0, 0, 5), WIDTH)
     narrow = PerspectiveCamera([[900, 0, 50], [0, 900, 50], [0, 0, 1]], [], 100, 100)
-    with raises_code("outside-image"):
-        cylindrical_view(narrow, DOWN, AHEAD, WIDTH)
+    for code, arguments in (
+        ("not-central", (off, DOWN, AHEAD, WIDTH)),
+        ("parallel-directions", (camera, DOWN, (0, 0, 5), WIDTH)),
+        ("outside-image", (narrow, DOWN, AHEAD, WIDTH)),
+    ):
+        with raises_code(code):
+            cylindrical_view(*arguments)
 
 
 def test_paraboloid_camera_has_panorama():

@@ -17,13 +17,10 @@ from raxel.multiview.motion_samples import (
     relative_pose,
 )
 from tests.raised import raises_code
+from tests.ray_scenes import unit
 
 SHIFT = np.array([0.6, -0.3, 0.2])
 T_TRUE = pose(rotation_from_vector([0.1, 0.25, -0.15]), SHIFT / np.linalg.norm(SHIFT))
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def all_around(seed, count=100, noise=0.0, scale=5.0):
