@@ -35,10 +35,7 @@ from raxel.sets import (
 from raxel.sets.model import MonitorChessboard
 from raxel.sets.patterns import chessboard_of_corners
 from tests.raised import raises_line
-
-
-def leaf(value, unit):
-    return {"value": value, "unit": unit, "origin": "choice", "reason": "a test"}
+from tests.raxel.lab.test_rig import leaf
 
 
 def small_rig(**target):

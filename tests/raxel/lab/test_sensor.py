@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from raxel.lab.rig import Monitor
-from raxel.lab.sensor import Sensor, bloom, compressed
+from raxel.lab.sensor import Sensor, bloom
 from tests.raised import raises_line
 
 SHAPE = 250, 400
@@ -135,10 +135,3 @@ def test_monitor_gamma_black_level_and_falloff():
 def test_invalid_sensor_and_monitor_are_rejected(build, values, field):
     with raises_line(f"^field '{field}': "):
         build(**values)
-
-
-@pytest.mark.parametrize("colour", [(200, 60, 20), (20, 180, 90), (60, 40, 220)])
-def test_jpeg_keeps_colours(colour):
-    """An even one, of which compression loses next to nothing."""
-    image = np.full((32, 48, 3), colour, np.uint8)
-    assert np.abs(compressed(image, 95).astype(int) - image).max() <= 3
