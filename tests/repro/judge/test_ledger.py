@@ -1,7 +1,5 @@
 """The ledger: contents, and one line for each fault."""
 
-from pathlib import Path
-
 import pytest
 import yaml
 
@@ -9,8 +7,8 @@ from repro.judge import ledger
 from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import judge_number
 from repro.run.outcomes import Value
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 PUBLISHED = ROOT / ledger.FOLDER
 
 
@@ -229,13 +227,14 @@ def test_several_faults_are_counted(written):
 
 def test_broken_yaml_and_missing_file_are_one_line(written):
     folder = written() / ledger.FOLDER
-    (folder / "claims.yaml").write_text("claims: [\n")
-    with pytest.raises(LedgerError, match=r"^claims.yaml: line 2: .*correct the YAML$"):
-        ledger.load(folder.parents[1])
-    (folder / "claims.yaml").write_text("claims: []\nother: 1\nclaims: []\n")
     twice = "^claims.yaml: line 3: key 'claims' given twice, first in line 1; corr"
-    with pytest.raises(LedgerError, match=twice):
-        ledger.load(folder.parents[1])
+    for text, fault in (
+        ("claims: [\n", r"^claims.yaml: line 2: .*correct the YAML$"),
+        ("claims: []\nother: 1\nclaims: []\n", twice),
+    ):
+        (folder / "claims.yaml").write_text(text)
+        with pytest.raises(LedgerError, match=fault):
+            ledger.load(folder.parents[1])
     (folder / "claims.yaml").unlink()
     with pytest.raises(LedgerError, match=r"claims.yaml: not found; restore it"):
         ledger.load(folder.parents[1])

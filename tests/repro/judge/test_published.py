@@ -2,7 +2,6 @@
 
 import csv
 import inspect
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -12,8 +11,8 @@ from repro.page import draw
 from repro.run import discover, jobs, marks
 from repro.workflow.keys import CodeKeys
 from repro.workflow.work import Work
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 CHAPTER = """
 from repro.run.marks import table
 from repro.run.outcomes import Table

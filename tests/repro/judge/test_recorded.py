@@ -1,14 +1,13 @@
 """A changed test of a claim requires a note in `changed`."""
 
-from pathlib import Path
 from textwrap import dedent
 
 import pytest
 
 from repro.judge.ledger import FOLDER, LedgerError
 from repro.run import recorded
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 JUDGE = "chapters/ch01_one/s1_page/claims.py"
 FILES = {
     "chapters/ch01_one/s1_page/page.py": "",

@@ -149,10 +149,16 @@ def test_decisions_require_whole_interval(low, high, above, below):
     assert estimate.below(1.0) == below
 
 
-def test_within_requires_both_sides():
-    assert stats.Estimate(1.0, 0.95, 1.05).within(0.9, 1.1) == "holds"
-    assert stats.Estimate(1.0, 0.85, 1.05).within(0.9, 1.1) == "undecided"
-    assert stats.Estimate(1.3, 1.2, 1.4).within(0.9, 1.1) == "fails"
+@pytest.mark.parametrize(
+    ("estimate", "decision"),
+    [
+        ((1.0, 0.95, 1.05), "holds"),
+        ((1.0, 0.85, 1.05), "undecided"),
+        ((1.3, 1.2, 1.4), "fails"),
+    ],
+)
+def test_within_requires_both_sides(estimate, decision):
+    assert stats.Estimate(*estimate).within(0.9, 1.1) == decision
 
 
 def pairs(rng, factor, n=50, levels=3):
@@ -217,14 +223,6 @@ def test_wins_counts_one_sided_failures():
     assert found.p < 0.01
     (reverse,) = stats.wins([(b, a)])
     assert reverse.decision != "holds"
-
-
-def test_wins_false_positive_rate_is_below_level():
-    rng = np.random.default_rng(5)
-    runs = 100
-    p = [stats.wins([(rng.normal(9, 1, 50), rng.normal(9, 1, 50))])[0].p
-         for _ in range(runs)]  # fmt: skip
-    assert np.sum(np.array(p) < 0.05) <= 0.05 * runs + binomial_room(runs, 0.05)
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=8))
@@ -355,12 +353,18 @@ def test_welch_matches_scipy():
     assert stats.welch_less(a, b) == pytest.approx(theirs, rel=1e-12)
 
 
-def test_welch_false_positive_rate_is_near_level():
-    rng = np.random.default_rng(8)
-    runs = 400
-    p = [stats.welch_less(rng.normal(0, 1, 50), rng.normal(0, 3, 50))
-         for _ in range(runs)]  # fmt: skip
-    assert np.sum(np.array(p) < 0.01) <= 0.01 * runs + binomial_room(runs, 0.01)
+@pytest.mark.parametrize(
+    ("test", "first", "second", "seed", "runs", "level"),
+    [
+        (lambda a, b: stats.wins([(a, b)])[0].p, (9, 1), (9, 1), 5, 100, 0.05),
+        (stats.welch_less, (0, 1), (0, 3), 8, 400, 0.01),
+    ],
+    ids=["wins", "welch"],
+)
+def test_false_positive_rate_is_near_level(test, first, second, seed, runs, level):
+    rng = np.random.default_rng(seed)
+    p = [test(rng.normal(*first, 50), rng.normal(*second, 50)) for _ in range(runs)]
+    assert np.sum(np.array(p) < level) <= level * runs + binomial_room(runs, level)
 
 
 def test_mcnemar_uses_discordant_trials_only():

@@ -1,15 +1,14 @@
 """Answers to exercises: right, wrong, and explanations of mistakes."""
 
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from repro.page import exercise
 from tests.exercise_answers import misjudged
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 # Those of image sets need results: `tests/test_report.py` has built them.
 PAGES = [
     path.parent.relative_to(ROOT / "chapters").as_posix()

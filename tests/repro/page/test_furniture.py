@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 from nbformat import v4
@@ -11,8 +10,7 @@ from repro.judge.ledger import LedgerError
 from repro.page.furniture import Furnisher, in_words
 from repro.page.reader import mark
 from repro.page.templates import part
-
-ROOT = Path(__file__).resolve().parents[3]
+from tests.small_checkouts import ROOT
 
 
 @pytest.fixture
@@ -39,13 +37,16 @@ def furnisher(tmp_path):
 
 def test_original_axes_are_described(furnisher):
     block = furnisher.block("fig_2_6")
-    assert "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)" in block
-    assert "x: translation; y: translation; series: standard perspective" in block
-    assert "step (mm): 25" in block
-    assert 'href="../source/ch02_x/s5_page/figures.py.html#draw"' in block
-    assert 'href="../logs/sweep.json"' in block
-    assert "note = {Fig. 2.6}" in block
-    assert "Dunne, Aubrey K." in block
+    for text in (
+        "Fig. 2.6, section 2.5.2 (Experiments with Real Data, from p. 45)",
+        "x: translation; y: translation; series: standard perspective",
+        "step (mm): 25",
+        'href="../source/ch02_x/s5_page/figures.py.html#draw"',
+        'href="../logs/sweep.json"',
+        "note = {Fig. 2.6}",
+        "Dunne, Aubrey K.",
+    ):
+        assert text in block
     assert "\n\n" not in block
 
 

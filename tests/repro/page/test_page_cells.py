@@ -2,14 +2,13 @@
 
 import ast
 import builtins
-from pathlib import Path
 
 import pytest
 
 from repro.page.notebook import read_page
 from repro.run.discover import page_files, page_id
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 PAGES = {page_id(ROOT, path): path for path in page_files(ROOT)}
 
 

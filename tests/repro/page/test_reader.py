@@ -95,10 +95,9 @@ def _parsed(text: str):
 
 
 def test_names_and_captions_are_plain_text():
-    assert wording.label("fig_2_3") == "Fig. 2.3"
-    assert wording.label("table_2_1") == "Table 2.1"
-    assert wording.label("alg_1") == "Algorithm 1"
-    assert wording.label("ext_fig_2_3_readings") == ""
+    names = "fig_2_3", "table_2_1", "alg_1", "ext_fig_2_3_readings"
+    labels = ["Fig. 2.3", "Table 2.1", "Algorithm 1", ""]
+    assert [wording.label(name) for name in names] == labels
     assert wording.plain("a *b* [c](d.md) $\\mathbf{x}_1 \\| y$") == "a b c x_1 | y"
     assert reader.pipe_table(["a|b"], [["1"]], [True]) == "| a\\|b |\n| ---: |\n| 1 |"
 

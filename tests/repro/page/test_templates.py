@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +15,6 @@ from repro.site import scoreboard as board_page
 from repro.site.source_pages import source_page
 from tests.small_checkouts import small_checkout
 
-ROOT = Path(__file__).resolve().parents[3]
 EVIL = "<svg onload=\"x('1')\">&amp;\"'"
 
 

@@ -3,15 +3,14 @@
 import ast
 import importlib
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
 from repro.judge import ledger, verdict
 from repro.run.discover import page_files, page_id, producers
 from repro.run.source_index import import_aliases
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 LEDGER = ledger.load(ROOT)
 PRODUCERS = producers(ROOT)
 CHAPTER_FILES = sorted((ROOT / "chapters").rglob("*.py"))
@@ -100,18 +99,20 @@ def test_fig_2_3_uses_values_of_settings():
     from chapters.shared.general import three_planes as three_planes
 
     chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}
-    assert chosen["noise_levels"] == list(page.LEVELS)
-    assert chosen["noise_in_fov_sweep"] == page.FOV_NOISE
-    assert chosen["fov_in_noise_sweep_deg"] == page.NOISE_FOV_DEG
-    lens = {"k1": three_planes.LENS_K1, "k2": three_planes.LENS_K2}
-    assert chosen["lens_of_noise_sweep"] == lens
-    assert chosen["fov_levels_deg"] == list(page.FOVS_DEG)
-    assert chosen["principal_point_px"] == three_planes.PRINCIPAL.tolist()
-    assert chosen["grid_distance_mm"] == three_planes.DISTANCE_MM
-    assert chosen["grid_shift_mm"] == [-three_planes.SHIFT_MM, three_planes.SHIFT_MM]
-    assert chosen["grid_tilt_deg"] == list(three_planes.TILT_DEG)
-    assert chosen["least_angle_between_grids_deg"] == three_planes.MIN_ANGLE_DEG
-    assert chosen["finite_grid_mm"] == [-three_planes.FINITE_MM, three_planes.FINITE_MM]
+    used = {
+        "noise_levels": list(page.LEVELS),
+        "noise_in_fov_sweep": page.FOV_NOISE,
+        "fov_in_noise_sweep_deg": page.NOISE_FOV_DEG,
+        "lens_of_noise_sweep": {"k1": three_planes.LENS_K1, "k2": three_planes.LENS_K2},
+        "fov_levels_deg": list(page.FOVS_DEG),
+        "principal_point_px": three_planes.PRINCIPAL.tolist(),
+        "grid_distance_mm": three_planes.DISTANCE_MM,
+        "grid_shift_mm": [-three_planes.SHIFT_MM, three_planes.SHIFT_MM],
+        "grid_tilt_deg": list(three_planes.TILT_DEG),
+        "least_angle_between_grids_deg": three_planes.MIN_ANGLE_DEG,
+        "finite_grid_mm": [-three_planes.FINITE_MM, three_planes.FINITE_MM],
+    }
+    assert {name: chosen[name] for name in used} == used
 
 
 # The experiments cannot see the answer

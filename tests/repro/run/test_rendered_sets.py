@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -17,8 +16,8 @@ from repro.workflow.intact import drop_damaged
 from repro.workflow.job import run
 from repro.workflow.rendering import RenderedSets
 from tests.raxel.lab.test_rig import small_rig
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 NAME, OTHER = "small/3", "small/4"
 
 

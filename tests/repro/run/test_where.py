@@ -4,7 +4,6 @@ import re
 import shutil
 import subprocess
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -12,9 +11,8 @@ from repro.page import reader
 from repro.run import where
 from repro.run.discover import producers
 from tests import made_results
-from tests.small_checkouts import run, write_page
+from tests.small_checkouts import ROOT, run, write_page
 
-ROOT = Path(__file__).resolve().parents[3]
 MADE = producers(ROOT)
 
 

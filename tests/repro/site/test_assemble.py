@@ -1,7 +1,6 @@
 """The site's source: chapters in order, guides announced, only what differs written."""
 
 import json
-import os
 
 import nbformat
 import pytest
@@ -12,18 +11,7 @@ from repro.page.notebook import PageError
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble
 from repro.site.chapters import chapters_of, summary_of
-from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
-
-
-def test_mirror_writes_only_changed_files(tmp_path):
-    wanted = {"a.txt": "1", "sub/b.txt": "2"}
-    assert sorted(mirror(wanted, tmp_path)) == ["a.txt", "sub/b.txt"]
-    os.utime(tmp_path / "a.txt", (1, 1))
-    assert mirror(wanted | {"sub/b.txt": "3"}, tmp_path) == ["sub/b.txt"]
-    assert (tmp_path / "a.txt").stat().st_mtime == 1
-    assert mirror({"a.txt": "1"}, tmp_path) == ["sub/b.txt"]
-    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
 def test_chapters_are_in_thesis_order(tmp_path):

@@ -2,12 +2,11 @@
 
 import importlib
 import re
-from pathlib import Path
 
 from repro.site import source_pages
 from repro.site.library import as_rst, library_pages, source_of
+from tests.small_checkouts import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 SOURCE = """class Line:
     @property
     def length(self):

@@ -81,26 +81,29 @@ def test_only_changed_pages_are_rendered(tmp_path, monkeypatch):
     check_nothing_got_in(site)
     assert check_site(site) == []
     text = (site / "ch02_sample" / "s5_page.html").read_text("utf-8")
-    assert "The value is 0.1134 px (0.1110 to 0.1162); half of it is 0.75 px." in text
-    assert "<strong>Fig. 2.3.</strong> Residual against noise" in text
-    assert 'alt="Fig. 2.3 Residual against noise sigma."' in text
-    assert 'id="fig_2_3"' in text
     assert re.search(r'<img[^>]*class="[^"]*raxel-lines', text)
-    assert 'id="table_2_1"' in text
-    assert "1.235" in text
-    assert "<code>make fig_2_3 EFFORT=quick</code>" in text
-    assert 'href="../errata.html#E-2.10">E-2.10</a>' in text
-    assert 'href="../scoreboard.html#fig_2_3">comparison</a>' in text
-    assert "The library computes the same." in text
-    assert r"\end{split}\tag{2.11}\end{equation}" in text
     assert "command line" not in text
-    assert 'data-src="../figures/fig_2_3.html"' in text
     assert "data-raxel-about" not in text
-    assert "section 2.5.1 (Experiments with Synthetic Data, from p. 43)" in text
-    assert "<b>(b)</b>: x: field of view (deg), 30..150; y: distortion" in text
-    assert "@phdthesis{dunne2009," in text
-    assert 'href="../source/ch02_sample/s5_page/page.py.html#half_of"' in text
-    assert 'href="../logs/sweep.json"' in text
+    for part in (
+        "The value is 0.1134 px (0.1110 to 0.1162); half of it is 0.75 px.",
+        "<strong>Fig. 2.3.</strong> Residual against noise",
+        'alt="Fig. 2.3 Residual against noise sigma."',
+        'id="fig_2_3"',
+        'id="table_2_1"',
+        "1.235",
+        "<code>make fig_2_3 EFFORT=quick</code>",
+        'href="../errata.html#E-2.10">E-2.10</a>',
+        'href="../scoreboard.html#fig_2_3">comparison</a>',
+        "The library computes the same.",
+        r"\end{split}\tag{2.11}\end{equation}",
+        'data-src="../figures/fig_2_3.html"',
+        "section 2.5.1 (Experiments with Synthetic Data, from p. 43)",
+        "<b>(b)</b>: x: field of view (deg), 30..150; y: distortion",
+        "@phdthesis{dunne2009,",
+        'href="../source/ch02_sample/s5_page/page.py.html#half_of"',
+        'href="../logs/sweep.json"',
+    ):
+        assert part in text
     assert "some-machine" not in (site / "logs" / "sweep.json").read_text()
     reference = (site / "api" / "errors.html").read_text("utf-8")
     assert 'id="raxel.errors.InputError"' in reference

@@ -1,5 +1,7 @@
 """A folder of the site holds what is wanted; what is right already is left alone."""
 
+import os
+
 from repro.run.kept import Kept
 from repro.site.mirror import made, mirror
 
@@ -27,10 +29,11 @@ def test_text_is_made_only_if_needed(tmp_path):
     assert (folder / "a.html").read_text() == "yy"
 
 
-def test_unwanted_files_are_removed(tmp_path):
-    (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "page.html").write_text("x")
-    assert sorted(mirror({"page.html": "new"}, tmp_path)) == [
-        "old/page.html", "page.html",
-    ]  # fmt: skip
-    assert not (tmp_path / "old").exists()
+def test_mirror_writes_changed_and_removes_unwanted_files(tmp_path):
+    wanted = {"a.txt": "1", "sub/b.txt": "2"}
+    assert sorted(mirror(wanted, tmp_path)) == ["a.txt", "sub/b.txt"]
+    os.utime(tmp_path / "a.txt", (1, 1))
+    assert mirror(wanted | {"sub/b.txt": "3"}, tmp_path) == ["sub/b.txt"]
+    assert (tmp_path / "a.txt").stat().st_mtime == 1
+    assert mirror({"a.txt": "1"}, tmp_path) == ["sub/b.txt"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]

@@ -1,7 +1,5 @@
 """Sets of boards and of active grids have pages of their own kind, and meet nowhere."""
 
-from pathlib import Path
-
 import pytest
 
 from repro.run.sets_of_report import target_kind
@@ -9,8 +7,7 @@ from repro.workflow.work import Work
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
 from tests.raxel.cli.test_cli_active_grid import recorded
-
-ROOT = Path(__file__).resolve().parents[3]
+from tests.small_checkouts import ROOT
 
 
 @pytest.fixture

@@ -1,16 +1,10 @@
 """`make times`: a table of the records that jobs leave."""
 
-import json
-
 import pytest
 
 from repro.run.discover import Producer
+from repro.run.results import write_json
 from repro.workflow import times
-
-
-def written(path, seconds, **more):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({"processor_seconds": seconds, **more}))
 
 
 def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
@@ -22,14 +16,17 @@ def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert times.main(["--effort", "quick"]) == 1
     folder = tmp_path / "figures/quick/times"
-    written(folder / "experiment/sweep/0-of-2.json", 1.0, peak_mb=300.0)
-    written(folder / "experiment/sweep/1-of-2.json", 2.0, peak_mb=500.0)
-    written(folder / "experiment/sweep@my set.json", 4.0)
-    written(folder / "figure/fig.json", 8.0)
-    written(folder / "figure/gone.json", 1000.0)
-    written(folder / "page/c/s.json", 16.0, peak_mb=200.0)
-    written(folder / "site/sphinx.json", 32.0)
-    written(tmp_path / times.SET_TIMES / "rig/0.json", 64.0)
+    for path, seconds, more in (
+        (folder / "experiment/sweep/0-of-2.json", 1.0, {"peak_mb": 300.0}),
+        (folder / "experiment/sweep/1-of-2.json", 2.0, {"peak_mb": 500.0}),
+        (folder / "experiment/sweep@my set.json", 4.0, {}),
+        (folder / "figure/fig.json", 8.0, {}),
+        (folder / "figure/gone.json", 1000.0, {}),
+        (folder / "page/c/s.json", 16.0, {"peak_mb": 200.0}),
+        (folder / "site/sphinx.json", 32.0, {}),
+        (tmp_path / times.SET_TIMES / "rig/0.json", 64.0, {}),
+    ):
+        write_json(path, {"processor_seconds": seconds} | more)
     rows = {row[0]: row[1:] for row in times.rows_of(tmp_path, "quick")}
     assert rows == {
         "c/s": pytest.approx((7.0, 8.0, 16.0, 31.0, 500.0)),
