@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from raxel.errors import InputError, did_you_mean
-from raxel.io.documents import faults, field_name, read_yaml, validate
+from raxel.errors import InputError
+from raxel.io.documents import faults, read_yaml, validate
 
 ENTRY = {
     "type": "object",
@@ -101,18 +101,6 @@ def test_unknown_keys_are_listed_first(schema):
     assert "valu: unknown key" in unknown
     assert "value: key missing" in missing
     assert "give minItems 2" in short
-
-
-def test_field_name_formats_path():
-    assert field_name(("views", 2, "image")) == "views[2].image"
-    data = {"views": [{"id": "left"}, {"id": 4}]}
-    assert field_name(("views", 0, "id"), data) == "views.left.id"
-    assert field_name(("views", 1, "id"), data) == "views[1].id"
-
-
-def test_did_you_mean_finds_close_name():
-    assert did_you_mean("colums", ["rows", "columns"]) == "did you mean columns?"
-    assert did_you_mean("pitch", {"rows": 1, "columns": 2}) == ""
 
 
 def test_expensive_yaml_is_rejected(tmp_path):
