@@ -14,6 +14,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
+from tests.raised import raises_line
 
 
 def bundle(seed, count=60, central=False):
@@ -150,9 +151,8 @@ def test_known_motion_errors_have_one_line(change, words):
     origins, directions = bundle(14)
     T = grids(15)
     arguments = change(seen_on(origins, directions, T), T)
-    with pytest.raises(InputError, match=words) as caught:
+    with raises_line(words):
         rays_from_known_motion(*arguments)
-    assert "\n" not in str(caught.value)
 
 
 def test_coplanar_grids_are_rejected():

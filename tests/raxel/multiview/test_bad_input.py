@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from raxel.cameras import PerspectiveCamera, Rays
-from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector
 from raxel.multiview import (
     RayView,
@@ -29,6 +28,7 @@ from raxel.multiview.generalised_motion import (
     refine_generalised_pose,
 )
 from raxel.multiview.ray_noise import angular_rays, rays_of_pixels
+from tests.raised import raises_line
 
 RNG = np.random.default_rng(5)
 COUNT = 60
@@ -113,15 +113,6 @@ def at_view(index):
             "negative variances",
             lambda: robust(KNOWN._replace(covariance=-KNOWN.covariance), B),
         ),
-    ],
-)
-def test_bad_rays_and_motions_are_rejected(words, call):
-    rejected_in_one_line(words, call)
-
-
-@pytest.mark.parametrize(
-    ("words", "call"),
-    [
         ("must be rigid", lambda: triangulate(VIEWS, np.stack([T, SCALED]))),
         ("must be rigid", lambda: bundle_rays(VIEWS, np.stack([T, SCALED]))),
         ("give an integer", lambda: triangulate(at_view(np.arange(60) / 2), STAND)),
@@ -131,15 +122,6 @@ def test_bad_rays_and_motions_are_rejected(words, call):
         ("found view 1.5", lambda: bundle_rays(VIEWS, STAND, held=1.5)),
         ("found view True", lambda: bundle_rays(VIEWS, STAND, held=True)),
         ("distance of 0", lambda: bundle_rays(VIEWS, [T, T], held=1)),
-    ],
-)
-def test_bad_point_views_are_rejected(words, call):
-    rejected_in_one_line(words, call)
-
-
-@pytest.mark.parametrize(
-    ("words", "call"),
-    [
         ("found pixels", lambda: points_on_plane(CAMERA, PIXELS[0], PLANE)),
         ("no rigid motion", lambda: points_on_plane(CAMERA, PIXELS, None)),
         ("no rigid motion", lambda: points_on_plane(CAMERA, PIXELS, 2 * PLANE)),
@@ -156,15 +138,6 @@ def test_bad_point_views_are_rejected(words, call):
         ("a scale of -1", lambda: view_of_plane(CAMERA, PLANE, -1.0)),
         ("at most 268435456 pixels", lambda: view_of_plane(CAMERA, PLANE, 1e-9)),
         ("give both", lambda: view_of_plane(CAMERA, PLANE, 1.0, np.zeros(2))),
-    ],
-)  # fmt: skip
-def test_bad_planes_and_views_are_rejected(words, call):
-    rejected_in_one_line(words, call)
-
-
-@pytest.mark.parametrize(
-    ("words", "call"),
-    [
         ("3 distinct of 30", lambda: fit_circle(np.repeat(RING[:3], 10, axis=0))),
         ("3 distinct of 30", lambda: fit_plane(np.repeat(POINTS[:3], 10, axis=0))),
         ("5 distinct of 50", lambda: algebraic_conic(np.repeat(RING[:5], 10, axis=0))),
@@ -174,14 +147,9 @@ def test_bad_planes_and_views_are_rejected(words, call):
         ("near infinity", lambda: fit_plane(1e180 * POINTS)),
     ],
 )  # fmt: skip
-def test_bad_shape_points_are_rejected(words, call):
-    rejected_in_one_line(words, call)
-
-
-def rejected_in_one_line(words, call):
-    with pytest.raises(InputError, match=words) as refusal:
+def test_bad_input_is_rejected_in_one_line(words, call):
+    with raises_line(words):
         call()
-    assert str(refusal.value).isprintable()
 
 
 def test_eight_central_pairs_suffice():
