@@ -63,14 +63,6 @@ def error_line(capsys, *arguments):
     return err
 
 
-def by_name(folder):
-    return folder / "sub"
-
-
-def by_detour(folder):
-    return folder / "sub" / ".." / "sub"
-
-
 def by_link(folder):
     (folder.parent / "link").symlink_to(folder / "sub")
     return folder.parent / "link"
@@ -92,7 +84,15 @@ def by_hard_link(folder):
 
 
 @pytest.mark.parametrize(
-    "way", [by_name, by_detour, by_link, by_link_inside, by_hard_link]
+    "way",
+    [
+        lambda folder: folder / "sub",
+        lambda folder: folder / "sub" / ".." / "sub",
+        by_link,
+        by_link_inside,
+        by_hard_link,
+    ],
+    ids=["name", "detour", "link", "link-inside", "hard-link"],
 )
 def test_undistort_keeps_images_of_the_set(folder, camera, capsys, way):
     out, before = way(folder), contents(folder)
@@ -115,10 +115,6 @@ def over_the_camera(folder, camera):
     return out, shutil.move(camera, out / "a.png")
 
 
-def over_another_set(folder, camera):
-    return shutil.copytree(folder, folder.parent / "other"), camera
-
-
 def into_a_file_as_a_folder(folder, camera):
     out = folder.parent / "out"
     out.mkdir()
@@ -128,7 +124,16 @@ def into_a_file_as_a_folder(folder, camera):
 
 @pytest.mark.parametrize(
     "place",
-    [over_the_reference, over_the_camera, over_another_set, into_a_file_as_a_folder],
+    [
+        over_the_reference,
+        over_the_camera,
+        lambda folder, camera: (
+            shutil.copytree(folder, folder.parent / "other"),
+            camera,
+        ),
+        into_a_file_as_a_folder,
+    ],
+    ids=["reference", "camera", "set", "file-as-folder"],
 )
 def test_undistort_keeps_other_files(folder, camera, capsys, place):
     out, camera = place(folder, camera)

@@ -63,11 +63,10 @@ def test_board_shape_has_full_size_and_stretch_in_per_cent():
     test = BoardTest(shape, sd, (), 0.25, 0.5, 0.125, 0.0625)
     view = BoardView(np.zeros((63, 2)), np.zeros((63, 2)), 9, 7)
     fields = shape_fields(test, [view])
-    assert fields["size"] == [160.0, 120.0]
-    assert fields["middle"] == [80.0, 60.0]
-    assert fields["corners"] == [9, 7]
-    names = "p_bends", "p_stretch", "flat_px", "shaped_px"
-    assert [fields[name] for name in names] == [0.25, 0.5, 0.125, 0.0625]
+    assert fields | {
+        "size": [160.0, 120.0], "middle": [80.0, 60.0], "corners": [9, 7],
+        "p_bends": 0.25, "p_stretch": 0.5, "flat_px": 0.125, "shaped_px": 0.0625,
+    } == fields  # fmt: skip
     assert list(shape_lines(fields, BOARDS, {"unit": "mm"})) == [
         (
             "board shape",
@@ -83,10 +82,9 @@ def test_comparison_has_own_and_common_errors():
     common = own._replace(rms_px=0.25)
     models_of = {"zhang": own}, {"zhang": common}, {"cgsp": "no overlap"}
     found = ModelComparison(*models_of, {"zhang": 0.75}).fields()
-    assert found["zhang"]["own"]["rms_px"] == 0.5
-    assert found["zhang"]["common"]["rms_px"] == 0.25
-    assert found["zhang"]["counted_rms_px"] == 0.75
-    assert found["zhang"]["parts_left_out"] == ["too few"]
+    zhang = found["zhang"]
+    assert (zhang["own"]["rms_px"], zhang["common"]["rms_px"]) == (0.5, 0.25)
+    assert (zhang["counted_rms_px"], zhang["parts_left_out"]) == (0.75, ["too few"])
     assert found["cgsp"] == {"refused": "no overlap"}
 
 
@@ -129,10 +127,10 @@ def test_corners_file_has_counts_and_positions(tmp_path):
     assert (first["found"], first["milliseconds"]) == (True, 12.5)
     assert second["partial"] == {"corners": [[5.0, 6.0]], "indices": [[1, 2]]}
     assert (second["found"], second["reason"]) == (False, "why")
-    assert found["size"]["votes"] == [{"columns": 4, "rows": 3, "files": ["a.png"]}]
-    assert found["size"]["photographs"] == 2
-    assert found["size"]["looked_at_again"] == ["b.png"]
-    assert found["size"]["found_then"] == []
+    assert found["size"] | {
+        "votes": [{"columns": 4, "rows": 3, "files": ["a.png"]}],
+        "photographs": 2, "looked_at_again": ["b.png"], "found_then": [],
+    } == found["size"]  # fmt: skip
 
 
 def test_decode_keeps_warnings_of_all_views(tmp_path, monkeypatch, capsys):

@@ -116,11 +116,15 @@ def test_huge_stated_size_does_not_exhaust_memory(tmp_path):
     assert most < 10e6
 
 
-def one_image(path):
-    return read_image(SimpleNamespace(folder=path.parent), path.name)
-
-
-@pytest.mark.parametrize("read", [one_image, read_json, read_yaml])
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda path: read_image(SimpleNamespace(folder=path.parent), path.name),
+        read_json,
+        read_yaml,
+    ],
+    ids=["image", "json", "yaml"],
+)
 def test_device_file_is_not_read(tmp_path, read):
     """It is sparse: on the disk there is nothing of it."""
     path = tmp_path / "large.json"

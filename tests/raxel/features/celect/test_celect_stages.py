@@ -54,16 +54,13 @@ def peaks(points, settings=PUBLISHED, s=RADIUS):
     return peaks_of(vote(points, CENTRE, RADIUS), settings, s)
 
 
-def strongest_line(found):
-    return found.lines[found.votes.argmax()]
-
-
 @settings(deadline=None, max_examples=60)
 @given(theta=ANGLES, distance=st.floats(-9, 9))
 def test_hough_line_has_orientation_and_signed_distance(theta, distance):
     # Without averaging, which moves the line towards the second, enforced peak.
     alone = CelectSettings(split_peaks=0)
-    R, found = strongest_line(peaks(pixels_of_line(theta, distance), alone))
+    lines = peaks(pixels_of_line(theta, distance), alone)
+    R, found = lines.lines[lines.votes.argmax()]
     assert angle_difference(found, theta) < 2.5
     assert 0 <= found < 180
     turned = abs(found - theta) > 90
