@@ -104,7 +104,9 @@ def test_members_without_npy_are_ignored(tmp_path):
 
 def test_empty_text_is_rejected(tmp_path):
     wild = with_header(described("()", "<U1"), struct.pack("<I", 0x7FFFFFFF))
-    rejects(zipped(tmp_path / "camera.npz", **{"kind.npy": wild}), "'kind': no text")
+    rejects(
+        zipped(tmp_path / "camera.npz", **{"kind.npy": wild}), "'kind': invalid text"
+    )
 
 
 @pytest.mark.parametrize(

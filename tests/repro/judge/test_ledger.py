@@ -227,7 +227,7 @@ def test_several_faults_are_counted(written):
 
 def test_broken_yaml_and_missing_file_are_one_line(written):
     folder = written() / ledger.FOLDER
-    twice = "^claims.yaml: line 3: key 'claims' given twice, first in line 1; corr"
+    twice = "^claims.yaml: line 3: key 'claims' is repeated, first in line 1; corr"
     for text, fault in (
         ("claims: [\n", r"^claims.yaml: line 2: .*correct the YAML$"),
         ("claims: []\nother: 1\nclaims: []\n", twice),
