@@ -213,21 +213,22 @@ def small_checkout(root):
         f'<span id="{name}"></span>' for name in (*book.artefacts, *book.sections)
     ]
     write_atomic(base / "scoreboard.md", f"# Scoreboard\n\n{''.join(anchors)}Rows.\n")
-    chapter = root / "chapters" / "ch02_sample" / "__init__.py"
-    write_atomic(chapter, '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n')
-    library = root / "lib" / "raxel" / "rays" / "lines.py"
-    write_atomic(library, LIBRARY)
-    write_atomic(library.with_name("__init__.py"), '"""Rays | of <cameras>."""\n')
-    write_atomic(library.parents[1] / "__init__.py", '"""A *library*."""\n')
-    errors = Path("lib/raxel/errors.py")
-    write_atomic(root / errors, (ROOT / errors).read_bytes())
+    chapter = '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n'
+    for path, text in {
+        "chapters/ch02_sample/__init__.py": chapter,
+        "lib/raxel/rays/lines.py": LIBRARY,
+        "lib/raxel/rays/__init__.py": '"""Rays | of <cameras>."""\n',
+        "lib/raxel/__init__.py": '"""A *library*."""\n',
+        "lib/raxel/errors.py": (ROOT / "lib/raxel/errors.py").read_bytes(),
+        "data/recorded/README.md": "# Your own images\n",
+    }.items():
+        write_atomic(root / path, text)
     source = {
         name: path
         for name, path in assemble.files_below(ROOT / "report" / "source").items()
         if path.suffix != ".pyc"
     }
     mirror(source, root / "report" / "source")
-    write_atomic(root / "data" / "recorded" / "README.md", "# Your own images\n")
     return base
 
 

@@ -39,7 +39,10 @@ def test_measured_is_three_columns_and_one_cell():
         "b,,,,50",
         "c,3.5,,,2",
     ]
-    flat = {name: [*map(_cell, cells)] for name, cells in in_numbers(table).items()}
+    flat = {
+        name: ["" if cell is None else str(cell) for cell in cells]
+        for name, cells in in_numbers(table).items()
+    }
     read = as_read(flat, ["RMS (px)"], [], digits=4)
     assert read == {
         "Method": ["a", "b", "c"],
@@ -47,10 +50,6 @@ def test_measured_is_three_columns_and_one_cell():
         "Failed": ["0", "50", "2"],
     }
     assert [is_numeric(cells) for cells in read.values()] == [False, True, True]
-
-
-def _cell(value):
-    return "" if value is None else str(value)
 
 
 def test_texts_like_intervals_remain_texts():

@@ -21,10 +21,6 @@ def atlas():
     return where.Whereabouts(ROOT)
 
 
-def kinds(identifier):
-    return list(dict.fromkeys(line.word for line in atlas().lines(identifier)))
-
-
 def source_line(root, line):
     path, _, number = line.place.rpartition(":")
     return (root / path).read_text("utf-8").splitlines()[int(number) - 1]
@@ -55,7 +51,9 @@ def test_id_leads_to_algorithm(identifier, words, algorithm):
 def test_experiments_lead_to_algorithms():
     for one in MADE:
         if one.kind == "experiment":
-            assert {"experiment", "algorithm"} <= set(kinds(one.id)), one.id
+            assert {"experiment", "algorithm"} <= {
+                line.word for line in atlas().lines(one.id)
+            }, one.id
     page = "ch03_planar_grids/s3_2_grid_sets"
     assert atlas().lines(page) == atlas().lines(page.partition("/")[2])
 

@@ -85,9 +85,9 @@ def checkout(tmp_path):
     base = tmp_path / "figures" / "full"
     about = {"caption": "Steps. And more.", "source": [f"{PAGE}/figures.py", "draw"]}
     about |= {"lines": True}
-    write_json(base / "fig_2_6.json", about | {"results": {"sweep": "sweep"}})
-    write_json(base / "ext_sizes.json", about | {"results": {}})
-    write_json(base / "fig_9_9.json", about | {"results": {}})
+    for name, read in (("fig_2_6", {"sweep": "sweep"}), ("ext_sizes", {}),
+                       ("fig_9_9", {})):  # fmt: skip
+        write_json(base / f"{name}.json", about | {"results": read})
     image = cv2.imencode(".png", np.full((900, 1500, 3), 255, np.uint8))[1]
     write_atomic(base / "fig_2_6.png", image.tobytes())
     columns = "<size>,size low,size high,words,c,d\n"

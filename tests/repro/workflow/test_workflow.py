@@ -292,8 +292,7 @@ def test_interrupted_build_ends_cleanly(checkout):
     dice.write_text(before)
     assert process.returncode == 130, text
     last = "make fig_2_3: interrupted; what is finished stays, run it again to go on"
-    lines = text.splitlines()
-    assert lines[-1] == last
+    assert text.splitlines()[-1] == last
     assert "Traceback" not in text
     assert "FAILED" not in text
     assert in_session(process.pid) == []
