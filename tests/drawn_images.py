@@ -58,11 +58,7 @@ def _barrel_radius(angle):
     return t * (1 + BARREL * t**2 + 0.06 * t**4)
 
 
-def _barrel_angle(r):
-    table = np.linspace(0, 0.85, 4001)
-    return np.interp(r, _barrel_radius(table), table, right=1.5)
-
-
+_BARREL_ANGLES = np.linspace(0, 0.85, 4001)
 _RADII = {
     "perspective": np.tan,
     "barrel": _barrel_radius,
@@ -72,7 +68,9 @@ _RADII = {
 }
 _ANGLES = {
     "perspective": np.arctan,
-    "barrel": _barrel_angle,
+    "barrel": lambda r: np.interp(
+        r, _barrel_radius(_BARREL_ANGLES), _BARREL_ANGLES, right=1.5
+    ),
     "equidistant": lambda r: r,
     "stereographic": lambda r: 2 * np.arctan(r / 2),
 }

@@ -99,22 +99,22 @@ def test_localised_corners_make_view(image_set):
     assert ((view.sd > 0.005) & (view.sd < 0.2)).all()
 
 
-def zhang(views):
-    return calibrate_zhang(views, WIDTH, HEIGHT)
-
-
-def generic(views):
-    rng = np.random.default_rng(1)
-    return calibrate_generic(views, WIDTH, HEIGHT, rng=rng)
-
-
-@pytest.mark.parametrize("calibrate", [zhang, generic])
+@pytest.mark.parametrize(
+    "calibrate",
+    [
+        calibrate_zhang,
+        lambda *given: calibrate_generic(*given, rng=np.random.default_rng(1)),
+    ],
+    ids=["zhang", "generic"],
+)
 def test_calibrations_do_not_weight_by_sd(calibrate):
     views = views_of(board_poses(3, 6), noise=0.05)
     rng = np.random.default_rng(5)
     stated = [v._replace(sd=rng.uniform(0.01, 5, len(v.pixels))) for v in views]
     pixels = pixel_grid(WIDTH, HEIGHT)
-    without, with_sd = (calibrate(v).camera.rays(pixels) for v in (views, stated))
+    without, with_sd = (
+        calibrate(v, WIDTH, HEIGHT).camera.rays(pixels) for v in (views, stated)
+    )
     assert without.valid.any()
     # Sums run in another order where memory begins elsewhere.
     np.testing.assert_allclose(with_sd.directions, without.directions, atol=1e-12)

@@ -60,16 +60,13 @@ def test_drift_of_each_step_is_estimated(count):
     assert found.periods == pytest.approx(np.sqrt(np.mean(ratio**2)), rel=0.1)
 
 
-def compressed(image):
-    return cv2.imdecode(cv2.imencode(".jpg", image, [1, 90])[1], 0)
-
-
 @pytest.mark.parametrize("steps", [4, 6])
 @pytest.mark.parametrize("what", ["jpeg", "drift"])
 def test_sigma_includes_correlated_noise_and_drift(steps, what):
     one = drawn(**SCENE, steps=steps, noise=2.0, seed=steps)
     if what == "jpeg":
-        images = np.array([compressed(image) for image in one.images])
+        files = [cv2.imencode(".jpg", image, [1, 90])[1] for image in one.images]
+        images = np.array([cv2.imdecode(file, 0) for file in files])
     else:
         light = 1 + 0.1 * np.linspace(-0.5, 0.5, len(one.images))
         images = np.rint(one.images * light[:, None, None]).astype(np.uint8)
