@@ -120,14 +120,9 @@ def spline_camera(quantity="inverse depth", deflection=6.0, viewer=VIEWER):
 
 
 @lru_cache
-def all_rays(camera):
-    """The rays of all pixels of a camera, which many images of it share."""
-    return camera.rays(pixel_grid(camera.width, camera.height))
-
-
 def lit_views(camera, T_camera_grid, rng=None, sd_mm=0.0):
     """DenseViews of a monitor that lights every pixel, by a camera with a mirror."""
-    rays = all_rays(camera)
+    rays = camera.rays(pixel_grid(camera.width, camera.height))
     views = []
     for T in T_camera_grid:
         location = intersect_rays_plane(rays.origins, rays.directions, T).points

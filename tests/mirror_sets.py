@@ -63,11 +63,11 @@ def code(k):
 def _write(folder, data, photograph):
     folder.mkdir(parents=True)
     for view in data["views"]:
-        names = [view["image"]] if "image" in view else _files(view)
+        names = (
+            [view["image"]]
+            if "image" in view
+            else [pattern["image"] for pattern in view["patterns"]]
+        )
         for name in names:
             (folder / name).write_bytes(photograph)
     write_description(folder, data)
-
-
-def _files(view):
-    return [pattern["image"] for pattern in view["patterns"]]

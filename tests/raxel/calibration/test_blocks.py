@@ -57,11 +57,6 @@ def rays_of_table():
     return table.directions, table.origins, table.mask
 
 
-def pixels_of_table():
-    table = small_table()
-    return table.project(in_view(table, INSIDE)).pixels
-
-
 def searched():
     """The complete search, as for points on which the walk gave up."""
     table = small_table()
@@ -89,13 +84,13 @@ def known_motion():
     return tuple(rays_from_known_motion(points, T))
 
 
-def smooth_grid():
-    return tuple(SmoothRays(FISHEYE).grid(np.arange(0.0, W, 3), np.arange(0.0, H, 3)))
-
-
 CASES = {
     "rays of a table": ("raxel.cameras.tables.general.BLOCK", 70, rays_of_table),
-    "a table's pixels": ("raxel.cameras.tables.general.BLOCK", 7, pixels_of_table),
+    "a table's pixels": (
+        "raxel.cameras.tables.general.BLOCK",
+        7,
+        lambda: (table := small_table()).project(in_view(table, INSIDE)).pixels,
+    ),
     "a table searched": ("raxel.cameras.tables.general.SEARCH_BLOCK", 7, searched),
     "a lens undone": (
         "raxel.cameras.lenses.plane_map.BLOCK",
@@ -107,7 +102,13 @@ CASES = {
         7,
         lambda: SPHERE.project(in_view(SPHERE)).pixels,
     ),
-    "smooth rays": ("raxel.cameras.core.smooth_rays.TILE_BLOCK", 3, smooth_grid),
+    "smooth rays": (
+        "raxel.cameras.core.smooth_rays.TILE_BLOCK",
+        3,
+        lambda: tuple(
+            SmoothRays(FISHEYE).grid(np.arange(0.0, W, 3), np.arange(0.0, H, 3))
+        ),
+    ),
     "an undistorted view": (
         "raxel.multiview.views.BLOCK",
         170,

@@ -81,10 +81,6 @@ def ray_errors_px(found, camera):
     return np.linalg.norm(camera.project(turned).pixels - pixels, axis=1)
 
 
-def rms(errors):
-    return np.sqrt(np.mean(np.square(errors)))
-
-
 # -------------------------------------------------------------------------- the surface
 
 
@@ -180,7 +176,7 @@ def test_interpolation_gives_rays_of_bent_camera(name):
     assert found.interpolation == ("smooth",) * 4
     # By homographies: RMS 0.10 to 0.28 px, largest 0.26 to 0.58 px.
     errors = ray_errors_px(found, camera)
-    assert rms(errors) < 0.03
+    assert np.sqrt(np.mean(np.square(errors))) < 0.03
     assert errors.max() < 0.05
 
 

@@ -222,8 +222,7 @@ def test_ray_bundle_covariance_predicts_errors(held):
         points.append(mahalanobis(found.points - X, found.point_covariance))
         if held:
             assert found.scale_sd(held) < 1e-6
-    freedom = 17 if held else 18
-    assert np.mean(poses) == pytest.approx(freedom, abs=4)
+    assert np.mean(poses) == pytest.approx(17 if held else 18, abs=4)
     assert np.mean(points) == pytest.approx(3, abs=0.6)
 
 

@@ -166,16 +166,18 @@ def test_support_counts_features_per_interval():
 
 def test_exchanged_images_and_few_corners_are_rejected():
     rng = np.random.default_rng(4)
-    with raises_code("exchanged-images"):
-        update_mirror(FLAT, shaken(AFTER, rng), shaken(BEFORE, rng), GRID, CLAMP, PRIOR)
+    exchanged = shaken(AFTER, rng), shaken(BEFORE, rng)
     none = np.where(np.arange(182)[:, None] < 2, AFTER, np.nan)
-    with raises_code("too-few-features"):
-        update_mirror(FLAT, BEFORE, none, GRID, CLAMP, PRIOR)
     mixed = AFTER.copy()
     rows = np.flatnonzero(COMMON)[::2]
     mixed[rows] = AFTER[rng.permutation(rows)]
-    with raises_code("wrong-matches"):
-        update_mirror(FLAT, BEFORE, mixed, GRID, CLAMP, PRIOR, outline=OUTLINE)
+    for code, images, more in (
+        ("exchanged-images", exchanged, {}),
+        ("too-few-features", (BEFORE, none), {}),
+        ("wrong-matches", (BEFORE, mixed), {"outline": OUTLINE}),
+    ):
+        with raises_code(code):
+            update_mirror(FLAT, *images, GRID, CLAMP, PRIOR, **more)
 
 
 @pytest.mark.parametrize("misfit", [0.0, 3e-4])
