@@ -224,10 +224,12 @@ def test_calibrate_rejects_board_options_of_mirror_sets(tmp_path, capsys, option
 def test_mirror_images_without_boards_are_rejected_by_name(tmp_path):
     mirror_sets.write_mirror_set(tmp_path)
     grey = load_mirror_set(tmp_path)
-    with pytest.raises(InputError, match=r"viewer.* 0 of 4 "):
-        mirror_views(grey)
-    with pytest.raises(InputError, match=r"stages.*view0\.png"):
-        _steps(grey, None)
+    for read, fault in (
+        (mirror_views, r"viewer.* 0 of 4 "),
+        (lambda grey: _steps(grey, None), r"stages.*view0\.png"),
+    ):
+        with pytest.raises(InputError, match=fault):
+            read(grey)
 
 
 def test_flat_mirror_without_grid_is_rejected_by_name(folder, tmp_path):

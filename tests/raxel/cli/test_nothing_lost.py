@@ -191,8 +191,7 @@ def test_corners_without_board_keep_existing_file(folder, capsys):
     good = path.read_bytes()
     edit(folder, setting("target", "columns", to=12))
     capsys.readouterr()
-    line = error_line(capsys, *command, path)
-    assert f"({path} is kept)" in line
+    assert f"({path} is kept)" in error_line(capsys, *command, path)
     assert path.read_bytes() == good
     new = folder.parent / "new.json"
     assert "kept" not in error_line(capsys, *command, new)

@@ -282,11 +282,10 @@ def test_impossible_pose_ranges_are_rejected(tmp_path):
 
 
 def test_missing_rig_file_is_rejected(tmp_path):
-    with pytest.raises(InputError, match=r"none.yaml"):
-        load_rig(tmp_path / "none.yaml")
     (tmp_path / "text.yaml").write_text("hello")
-    with pytest.raises(InputError, match=r"text.yaml: found 'hello'"):
-        load_rig(tmp_path / "text.yaml")
+    for name, fault in (("none", ""), ("text", ": found 'hello'")):
+        with pytest.raises(InputError, match=rf"{name}\.yaml{fault}"):
+            load_rig(tmp_path / f"{name}.yaml")
 
 
 def test_target_origin_does_not_change_image():
