@@ -8,13 +8,11 @@ import cv2
 import numpy as np
 from scipy.optimize import least_squares
 
+from raxel.calibration import RayPoints, clamped, normalised
 from raxel.calibration.adjust.bundle import frozen_whitening, start_directions
 from raxel.calibration.adjust.ray_elimination import moved
 from raxel.calibration.linear.cgsp import centre_of, scaled
-from raxel.calibration.mirror.clamp import clamped
-from raxel.calibration.mirror.observations import RayPoints, normalised
-from raxel.geometry import apply_homography
-from raxel.geometry.homography import normalising
+from raxel.geometry import apply_homography, normalising
 from raxel.geometry.least_squares import damped_step
 from raxel.sets.patterns import cell_width
 

@@ -14,13 +14,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
-from raxel.calibration.views.boards import board_views
+from raxel.calibration import (
+    BoardView,
+    board_views,
+    calibrate_generic,
+    calibrate_opencv_fisheye,
+    calibrate_zhang,
+)
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import corner_errors, evaluate_camera, is_right
-from raxel.features import DETECTORS
-from raxel.features.boards import detect_boards
+from raxel.features import DETECTORS, detect_boards
 from raxel.io.files import read_json, write_json
 from raxel.sets import load_reference, load_set, read_image
 from tests.bench.stated import PARTS

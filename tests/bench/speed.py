@@ -14,15 +14,20 @@ from raxel.calibration import (
     MirrorSettings,
     adjust_consistent,
     clamp_of_camera,
+    linear_cgsp,
     linear_well_conditioned,
     update_mirror,
 )
-from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.features import DETECTORS
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.errors import estimate_noise
-from raxel.geometry import intersect_rays_plane, on_plane, pose, rotation_from_vector
-from raxel.geometry.poses import transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from tests.active_grids import drawn
 from tests.bench import peers
 from tests.bent_mirror_scenes import (
