@@ -10,6 +10,7 @@ from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.cli import mirror
 from raxel.evaluation import comparison as mirror_errors
 from raxel.evaluation.comparison import predicted_errors, viewers_aside
+from raxel.evaluation.diagnoses import stage_lines
 from raxel.geometry.poses import rotation_from_vector
 from tests.raxel.evaluation.test_split_half import CAMERA, COUNT, SIZE, views_of
 
@@ -121,12 +122,11 @@ def test_perturbed_camera_counts_up_to_a_choice_of_axes(monkeypatch):
 
 def test_camera_from_a_file_has_no_predicted_error():
     given = SimpleNamespace(viewer="camera.npz")
-    assert mirror._viewers_aside(given, None, None) == []
+    assert mirror._perturbed(given, None, None) == []
     stage = {"residual_mm": {"mean": 0.1, "sd": 0.1}}
     stage["predicted_ray_error_deg"] = {"median": 0.02, "largest": 0.03}
-    primary = {"grids": [], "points_from_rays_mm": 0.1}
-    result = {"primary": primary, "stages": [stage], "viewer_error_counted": False}
-    *_, line = mirror._lines(SimpleNamespace(name="set"), result)
-    assert line.endswith(
-        "0.030 at most, without the viewer's own error, which nobody states"
+    result = {"stages": [stage], "viewer_error_counted": False}
+    ((_, text),) = stage_lines(result)
+    assert text.endswith(
+        "0.030 deg (largest), without the error of the camera (unknown)"
     )
