@@ -1,17 +1,14 @@
 """`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
-from contextlib import nullcontext
-from pathlib import Path
 
 import numpy as np
 
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import findings
 from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
-from raxel.cli.outputs import check_written
+from raxel.cli.outputs import check_outputs, write_results
 from raxel.cli.views import check_options, seen_in
-from raxel.cli.warnings import of_left_out, print_warnings, warning_fields
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.comparison import compare_models
@@ -19,8 +16,7 @@ from raxel.evaluation.diagnoses import camera_lines, comparison_lines, line, sum
 from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
-from raxel.io.files import check_can_be_written, together, write_json
-from raxel.report import check_report, new_report, write_report
+from raxel.report import write_report
 from raxel.sets import load_set
 from raxel.sets.model import words_of
 
@@ -29,18 +25,8 @@ FOLDS = 4
 
 def calibrate(options, say):
     """Fit the requested model to the set's views for calibration."""
-    for path in filter(None, (options.out, options.json)):
-        check_can_be_written(path)
-    if options.json and Path(options.json).resolve() == Path(options.out).resolve():
-        raise InputError(
-            f"{options.json}: --json and --out name the same file; give two names"
-        )
     image_set = load_set(options.set)
-    read = options.corners, options.points
-    check_written([options.out, options.json], [image_set], read)
-    if options.report:
-        others = options.out, options.json, *read
-        check_report(options.report, image_set, others)
+    check_outputs(options, image_set, [options.out], [options.corners, options.points])
     check_options(image_set, options)
     views = image_set.views_for("calibrate")
     needed = MIN_N_VIEWS[options.model]
@@ -62,19 +48,14 @@ def calibrate(options, say):
     result, warnings, fitted, evaluation, halves = found
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
-    warnings = of_left_out(result["left_out"]) + seen.warnings + warnings
-    result |= warning_fields(warnings)
-    print_warnings(warnings)
-    report = new_report(options.report) if options.report else nullcontext()
-    with report as folder, together() as place:
-        # Drawn first, and put in its place when all else is written.
-        if folder:
-            say(f"drawing the report of {len(seen.entries)} images")
-            of_set = folder, image_set, seen.entries, seen.views
-            write_report(*of_set, fitted, evaluation, result, halves)
-        fitted.camera.save(place(options.out))
-        if options.json:
-            write_json(place(options.json), result)
+    warnings = findings.of_left_out(result["left_out"]) + seen.warnings + warnings
+    result |= findings.warning_fields(warnings)
+    findings.print_warnings(warnings)
+    if options.report:
+        say(f"drawing the report of {len(seen.entries)} images")
+    drawn = image_set, seen.entries, seen.views, fitted, evaluation, result, halves
+    cameras = {options.out: fitted.camera}
+    write_results(options, cameras, result, lambda folder: write_report(folder, *drawn))
 
 
 def _calibrated(image_set, views, asked, say):

@@ -39,7 +39,7 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
         case "calibrate":
             from raxel.cli.calibrate import calibrate as command
         case "evaluate" if is_mirror_set(options.set):
-            from raxel.cli.mirror_evaluate import evaluate_mirror_set as command
+            from raxel.cli.mirror import evaluate_mirror_set as command
         case "evaluate":
             from raxel.cli.evaluate import evaluate as command
         case "undistort":

@@ -7,15 +7,14 @@ import numpy as np
 from raxel.calibration.views.correspondence import TERMS, BoardShape
 from raxel.cameras.registry import load_camera
 from raxel.cli import findings
-from raxel.cli.outputs import check_written
+from raxel.cli.outputs import check_outputs
 from raxel.cli.views import check_options, seen_in
-from raxel.cli.warnings import of_left_out, print_warnings, warning_fields
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.evaluation.misfit import misfit
 from raxel.io.documents import shown, validate
-from raxel.io.files import check_can_be_written, read_json, write_json
+from raxel.io.files import read_json, write_json
 from raxel.sets import load_set
 from raxel.sets.model import words_of
 
@@ -32,11 +31,9 @@ def evaluate(options, say):
     """Score the camera on the set's views for evaluation, or all if none is marked."""
     if options.stage is not None:
         raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
-    if options.json:
-        check_can_be_written(options.json)
     image_set = load_set(options.set)
     read = options.camera, options.corners, options.points, options.board
-    check_written([options.json], [image_set], read)
+    check_outputs(options, image_set, read=read)
     check_options(image_set, options)
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)
@@ -55,13 +52,13 @@ def evaluate(options, say):
     result["views_scored"] = "marked evaluate" if marked else UNMARKED
     result |= right.whole.fields() | seen.fields() | right.fields()
     result |= {"left_out": missed, "misfit": found.fields()}
-    warnings = of_left_out(missed) + seen.warnings
+    warnings = findings.of_left_out(missed) + seen.warnings
     warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
     warnings += findings.misfit_warnings(found, "camera-misfit", words)
     if found.large and shape is None:
         warnings.append(diagnosis("bent-board", words))
     if options.json:
-        write_json(options.json, result | warning_fields(warnings))
+        write_json(options.json, result | findings.warning_fields(warnings))
     notice = f"no view is marked evaluate: all {len(views)} are scored"
     lines = [*([] if marked else [notice]), *seen.lines()]
     if options.board:
@@ -69,7 +66,7 @@ def evaluate(options, say):
         lines.append(f"{words.target}s {used} {options.board}")
     for text in (*lines, score_text(result, words)):
         print(f"{image_set.name}: {text}")
-    print_warnings(warnings)
+    findings.print_warnings(warnings)
 
 
 def check_size(path, camera, image_set):

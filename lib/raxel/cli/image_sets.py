@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import cast
 
 from raxel.cli.commands import Say
-from raxel.cli.outputs import check_written
+from raxel.cli.findings import of_pixels, print_warnings
+from raxel.cli.outputs import check_outputs
 from raxel.cli.terminal import on_one_line
-from raxel.cli.warnings import of_pixels, print_warnings
 from raxel.errors import InputError
 from raxel.features import charuco
 from raxel.features.boards import (
@@ -25,7 +25,6 @@ from raxel.features.boards import (
     read_boards,
     write_boards,
 )
-from raxel.io.files import check_can_be_written
 from raxel.sets import (
     ActiveGrid,
     Charuco,
@@ -184,10 +183,8 @@ def corners(options: SimpleNamespace, say: Say) -> None:
     Raises InputError if there is no board in any view. The corners of rejected boards
     are then written too, but an existing file is kept.
     """
-    if options.json:
-        check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_written([options.json], [image_set])
+    check_outputs(options, image_set)
     boards, vote = detected(image_set, options, image_set.views, say)
     found = sum(board.detection.found for board in boards)
     kept = options.json and not found and Path(options.json).exists()

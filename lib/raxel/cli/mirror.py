@@ -1,6 +1,6 @@
-"""`raxel calibrate MIRRORSET --out mirror.npz --json F --report FOLDER`"""
+"""Mirror sets: `raxel calibrate` and `raxel evaluate`."""
 
-from contextlib import nullcontext
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,18 +8,29 @@ import numpy as np
 from raxel.calibration.mirror.images import mirror_views
 from raxel.calibration.mirror.stages import calibrate_mirror
 from raxel.calibration.views.boards import board_views
-from raxel.cli.outputs import check_written
-from raxel.cli.warnings import print_warnings, warning_fields
+from raxel.cameras.registry import load_camera
+from raxel.cli.evaluate import check_size
+from raxel.cli.findings import of_left_out, print_warnings, warning_fields
+from raxel.cli.outputs import check_outputs, write_results
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.comparison import predicted_errors, viewers_aside
-from raxel.evaluation.diagnoses import Diagnosis, known, mirror_lines, stage_lines
+from raxel.evaluation.comparison import back_projection, predicted_errors, viewers_aside
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.diagnoses import (
+    Diagnosis,
+    diagnosis,
+    known,
+    mirror_lines,
+    score_text,
+    stage_lines,
+)
 from raxel.features.boards import detect_boards
-from raxel.io.files import check_can_be_written, together, write_json
-from raxel.report import check_report, new_report, write_mirror_report
+from raxel.io.files import write_json
+from raxel.report import write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
 # Options of `raxel calibrate` that do not apply to a mirror set.
 BOARD_OPTIONS = "corners", "points", "detector"
+STAGE_OF_NAME = re.compile(r"-(\d{1,4})$")
 N_SAMPLES = 21  # along each side of a mirror, at which the errors of rays are predicted
 
 
@@ -33,18 +44,7 @@ def calibrate_mirror_set(options, say):
         )
     check_no_options(options, mirror_set, BOARD_OPTIONS)
     outputs = stage_files(options.out, len(mirror_set.steps) + 1)
-    written = [options.out, *outputs, options.json]
-    for path in filter(None, written):
-        check_can_be_written(path)
-    taken = {Path(path).resolve() for path in (options.out, *outputs)}
-    if options.json and Path(options.json).resolve() in taken:
-        raise InputError(
-            f"{options.json}: --json names the file of another result; give another "
-            "name"
-        )
-    check_mirror_written(written, mirror_set)
-    if options.report:
-        _check_report(options.report, mirror_set, written)
+    check_outputs(options, mirror_set, [options.out, *outputs])
     views = mirror_views(mirror_set, say)
     try:
         found = calibrate_mirror(views, say=say)
@@ -55,39 +55,20 @@ def calibrate_mirror_set(options, say):
     for label, text in (*mirror_lines(result), *stage_lines(result)):
         print(f"{mirror_set.name}: {label}: {text}")
     print_warnings(result["warnings"])
-    report = new_report(options.report) if options.report else nullcontext()
-    with report as folder, together() as place:
-        # Drawn first, and put in its place when all else is written.
-        if folder:
-            say(f"drawing the report of {len(found.cameras)} stages")
-            write_mirror_report(folder, mirror_set, found, result)
-        for path, camera in zip(outputs, found.cameras, strict=True):
-            camera.save(place(path))
-        found.cameras[-1].save(place(options.out))
-        if options.json:
-            write_json(place(options.json), result)
+    if options.report:
+        say(f"drawing the report of {len(found.cameras)} stages")
+    drawn = mirror_set, found, result
+    cameras = dict(zip(outputs, found.cameras, strict=True))
+    cameras[options.out] = found.cameras[-1]
+    write_results(
+        options, cameras, result, lambda folder: write_mirror_report(folder, *drawn)
+    )
 
 
 def stage_files(out, count):
     """mirror-0.npz, mirror-1.npz, ... next to mirror.npz: the cameras of the stages."""
     path = Path(out)
     return [str(path.with_name(f"{path.stem}-{k}{path.suffix}")) for k in range(count)]
-
-
-def check_mirror_written(written, mirror_set, read=()):
-    """As `check_written`, for all that a mirror set reads."""
-    own = [mirror_set.description, *read]
-    if not isinstance(mirror_set.viewer, ImageSet):
-        own.append(mirror_set.viewer)
-    check_written(written, list(mirror_set.image_sets.values()), own)
-
-
-def _check_report(folder, mirror_set, written):
-    """As `check_report`, for the mirror set's folder and all of its image sets."""
-    viewer = mirror_set.viewer
-    others = [*written, *([] if isinstance(viewer, ImageSet) else [viewer])]
-    for one in (mirror_set, *mirror_set.image_sets.values()):
-        check_report(folder, one, others)
 
 
 def check_no_options(options, mirror_set, names):
@@ -222,3 +203,94 @@ def _spread_over(camera):
     u, v = (np.linspace(b[0], b[-1], N_SAMPLES) for b in camera.grid.breaks)
     p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
+
+
+def evaluate_mirror_set(options, say):
+    """Score a camera of one stage on the boards of `evaluate` of that stage's step."""
+    mirror_set = load_mirror_set(options.set)
+    check_no_options(options, mirror_set, (*BOARD_OPTIONS, "board"))
+    check_outputs(options, mirror_set, read=[options.camera])
+    camera = load_camera(options.camera)
+    check_size(options.camera, camera, mirror_set.stages)
+    stage, by = _stage_to_score(options, mirror_set)
+    views, missed = _boards(mirror_set, stage, say)
+    evaluation = evaluate_camera(camera, views)
+    projected = [back_projection(camera, view) for view in views]
+    warnings = of_left_out(missed)
+    for one in projected:
+        if one.reason:
+            warnings.append(diagnosis("no-pose", file=one.name, reason=one.reason))
+    scores = _scores(evaluation, projected)
+    if options.json:
+        result = {"set": mirror_set.name, "camera": options.camera, "stage": stage}
+        result |= scores | {"left_out": missed} | warning_fields(warnings)
+        write_json(options.json, result)
+    label = f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate"
+    print(f"{label}: {score_text(scores)}")
+    whole = scores["back_projection_mm"]
+    if whole["corners"]:
+        print(
+            f"{mirror_set.name}: back-projection with the fitted poses: mean "
+            f"{whole['mean']:.3f} mm, RMS {whole['rms']:.3f} mm, {whole['corners']} "
+            "corners"
+        )
+    print_warnings(warnings)
+
+
+def _stage_to_score(options, mirror_set):
+    """(number of the stage, how it is known)"""
+    last = len(mirror_set.steps)
+    named = STAGE_OF_NAME.search(Path(options.camera).stem)
+    stage, by = last, "the last"
+    if options.stage is not None:
+        stage, by = options.stage, "by --stage"
+    elif named:
+        stage, by = int(named[1]), f"by the name of {Path(options.camera).name}"
+    if stage > last:
+        raise InputError(
+            f"{mirror_set.description}: stages.steps: no stage {stage} ({by}); give "
+            f"--stage 1 to {last}"
+        )
+    if stage == 0 or not mirror_set.steps[stage - 1].evaluate:
+        where = f"stages.steps[{stage - 1}].evaluate" if stage else "stages.steps"
+        raise InputError(
+            f"{mirror_set.description}: {where}: no image to score stage {stage} "
+            f"({by}); add one, or give another --stage"
+        )
+    return stage, by
+
+
+def _boards(mirror_set, stage, say):
+    """(BoardViews of the stage's boards to evaluate, [{file, reason}] of others)"""
+    named = {view.label: view for view in mirror_set.stages.views}
+    wanted = [named[name] for name in mirror_set.steps[stage - 1].evaluate]
+    boards = detect_boards(mirror_set.stages, views=wanted, say=say)
+    missed = [
+        {"file": board.view.label, "reason": board.detection.reason}
+        for board in boards
+        if not board.detection.found
+    ]
+    if len(missed) == len(boards):
+        raise InputError(
+            f"{mirror_set.stages.description}: {missed[0]['file']}: no board found: "
+            f"{missed[0]['reason']}; take images of the whole board in the mirror"
+        )
+    return board_views(mirror_set.stages, boards), missed
+
+
+def _scores(evaluation, projected):
+    """The scores, with the back-projection at the fitted pose of each board."""
+    result = evaluation.fields()
+    for image, one in zip(result["images"], projected, strict=True):
+        T = one.T_camera_grid
+        image["T_camera_grid_by_rays"] = None if T is None else T.tolist()
+        image["back_projection_mm"] = _distances(one.distances_mm)
+    whole = np.concatenate([one.distances_mm for one in projected])
+    return result | {"back_projection_mm": _distances(whole)}
+
+
+def _distances(distances):
+    if len(distances) == 0:
+        return {"mean": None, "rms": None, "corners": 0}
+    rms = float(np.sqrt(np.mean(distances**2)))
+    return {"mean": float(np.mean(distances)), "rms": rms, "corners": len(distances)}

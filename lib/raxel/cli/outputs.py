@@ -3,12 +3,74 @@
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
-from raxel.io.files import check_can_be_written
+from raxel.io.files import check_can_be_written, together, write_json
+from raxel.report import check_report, new_report
+from raxel.sets.mirror_set import MirrorSet
 from raxel.sets.model import ImageSet
+
+
+def check_outputs(
+    options: SimpleNamespace,
+    source: ImageSet | MirrorSet,
+    cameras: Iterable[str] = (),
+    read: Iterable[str | None] = (),
+) -> None:
+    """Raise InputError unless the results of a command on a set can be written.
+
+    Parameters
+    ----------
+    options : SimpleNamespace
+        Options of the command, with `json` and possibly `report`.
+    source : ImageSet or MirrorSet
+        The set.
+    cameras : iterable of str
+        Files of cameras that the command writes.
+    read : iterable of str or None
+        Files that the command reads in addition to those of the set.
+    """
+    cameras, written = list(cameras), [*cameras, *filter(None, [options.json])]
+    for path in written:
+        check_can_be_written(path)
+    if len({Path(path).resolve() for path in written}) < len(written):
+        same = "--json and --out name the same file; give two names"
+        other = "--json names the file of another result; give another name"
+        raise InputError(f"{options.json}: {other if cameras[1:] else same}")
+    image_sets, inputs = [source], [*filter(None, read)]
+    if isinstance(source, MirrorSet):
+        image_sets = [*source.image_sets.values()]
+        if isinstance(source.viewer, Path):
+            inputs.append(source.viewer)
+    check_written(written, image_sets, [*inputs, source.description])
+    if getattr(options, "report", None):
+        for one in (source, *image_sets):
+            check_report(options.report, one, [*written, *inputs])
+
+
+def write_results(
+    options: SimpleNamespace,
+    cameras: dict[str, Camera],
+    result: dict[str, Any],
+    draw: Callable[[Path], None],
+) -> None:
+    """Write cameras by file name, --json and --report: all or none.
+
+    `draw` writes the report into a folder. This takes its place after the other files.
+    """
+    report = new_report(options.report) if options.report else contextlib.nullcontext()
+    with report as folder, together() as place:
+        if folder:
+            draw(folder)
+        for path, camera in cameras.items():
+            camera.save(place(path))
+        if options.json:
+            write_json(place(options.json), result)
 
 
 def check_written(

@@ -7,9 +7,8 @@ import numpy as np
 from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.correspondence import near_copies
 from raxel.calibration.views.dense import dense_view
-from raxel.cli.findings import listed
+from raxel.cli.findings import listed, of_handedness
 from raxel.cli.image_sets import boards_for
-from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
 from raxel.features.boards import SizeVote

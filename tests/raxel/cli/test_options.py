@@ -9,7 +9,7 @@ import pytest
 
 from raxel.cli import active_grids, image_sets, main, mirror
 from raxel.cli.commands import COUNT, FRACTION, LENGTH, SEED
-from raxel.cli.warnings import of_pixels, of_swapped_sides
+from raxel.cli.findings import of_pixels, of_swapped_sides
 from raxel.errors import InputError
 from raxel.lab import mirror_set_rig
 from raxel.sets.model import ActiveGrid

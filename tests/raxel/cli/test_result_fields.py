@@ -7,7 +7,7 @@ import pytest
 
 from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import mirror_evaluate
+from raxel.cli import mirror
 from raxel.cli.active_grids import _summary
 from raxel.cli.findings import agreement_warnings, camera_fields, central_fields
 from raxel.cli.image_sets import _pattern_lines
@@ -48,7 +48,7 @@ def test_back_projection_fields_have_pose_mean_and_rms(score):
     errors = np.array([[3.0, 4.0], [NAN, NAN], [6.0, 8.0]])
     projected = [BackProjection("one", 4.0 * np.eye(4), errors)]
     evaluation = Evaluation([score], 0.5, 0.6, 0.7, 0.86, {})
-    result = mirror_evaluate._as_json(evaluation, projected)
+    result = mirror._scores(evaluation, projected)
     (image,) = result["images"]
     np.testing.assert_array_equal(image["T_camera_grid_by_rays"], 4.0 * np.eye(4))
     errors = {"mean": 7.5, "rms": pytest.approx(62.5**0.5), "corners": 2}
