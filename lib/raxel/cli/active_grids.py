@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from raxel.cli.commands import Say
 from raxel.cli.findings import of_handedness, of_swapped_sides, print_warnings
 from raxel.cli.outputs import new_folder
-from raxel.cli.terminal import on_one_line
+from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.active_grid.view import DecodedView, decode_view
 from raxel.features.grids import SUMMARY, write_points

@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from raxel import __version__
-from raxel.cli.terminal import print_help
-
-Say = Callable[[str], None]
+from raxel.cli.terminal import Say, print_help
 
 SECTIONS = {
     **dict.fromkeys(["check", "corners", "decode"], "Image sets"),

@@ -29,8 +29,7 @@ def print_warnings(warnings):
 
 def warning_fields(warnings):
     """The warnings for JSON: texts, and for each its code, parts and values."""
-    diagnoses = [warning.fields() for warning in warnings]
-    return {"warnings": warnings, "diagnoses": diagnoses}
+    return {"warnings": warnings, "diagnoses": [each.fields() for each in warnings]}
 
 
 def of_handedness(mirrored):
@@ -38,11 +37,10 @@ def of_handedness(mirrored):
 
     mirrored: [(name of the view, whether it is, None where that is unknown)].
     """
-    by_handedness = {is_so: name for name, is_so in mirrored}
-    if not {True, False} <= set(by_handedness):
+    names = {is_so: name for name, is_so in mirrored}
+    if not {True, False} <= set(names):
         return []
-    names = {"mirrored": by_handedness[True], "upright": by_handedness[False]}
-    return [diagnosis("mixed-handedness", **names)]
+    return [diagnosis("mixed-handedness", mirrored=names[True], upright=names[False])]
 
 
 def of_left_out(left_out):
@@ -52,30 +50,23 @@ def of_left_out(left_out):
 
 def of_pixels(monitor):
     """A warning where the pixels of an ActiveGrid's monitor would not be square."""
-    pixel = _pixel(monitor)
-    if not pixel or abs(math.log(pixel[0] / pixel[1])) < NOT_SQUARE_TOL:
+    size, n_pixels = monitor.monitor_mm, monitor.monitor_px
+    if size is None or _elongation(size, n_pixels) < NOT_SQUARE_TOL:
         return []
-    sides = dict(zip(("width_mm", "height_mm"), pixel, strict=True))
-    return [diagnosis("monitor-pixels-not-square", **sides)]
+    width, height = (mm / px for mm, px in zip(size, n_pixels, strict=True))
+    return [diagnosis("monitor-pixels-not-square", width_mm=width, height_mm=height)]
 
 
 def of_swapped_sides(monitor):
     """That warning where width and height in mm, exchanged, give squarer pixels."""
-    pixel = _pixel(monitor)
-    if not pixel:
-        return []
-    wide, high = monitor.monitor_px
-    swapped = pixel[1] * high / wide, pixel[0] * wide / high
-    ratios = [abs(math.log(one / other)) for one, other in (pixel, swapped)]
-    return of_pixels(monitor) if ratios[1] < ratios[0] else []
+    size, n_pixels = monitor.monitor_mm, monitor.monitor_px
+    swapped = size and _elongation(size[::-1], n_pixels) < _elongation(size, n_pixels)
+    return of_pixels(monitor) if swapped else []
 
 
-def _pixel(monitor):
-    """(width, height) in mm of a pixel of the monitor, or None."""
-    if monitor.monitor_mm is None:
-        return None
-    sides = zip(monitor.monitor_mm, monitor.monitor_px, strict=True)
-    return tuple(mm / px for mm, px in sides)
+def _elongation(size, n_pixels):
+    """Logarithm of the ratio of the longer to the shorter side of a pixel."""
+    return abs(math.log(size[0] / n_pixels[0] / (size[1] / n_pixels[1])))
 
 
 def listed(names, limit=MAX_NAMES):
@@ -87,16 +78,17 @@ def listed(names, limit=MAX_NAMES):
 
 def camera_fields(camera, views):
     """The camera as JSON: its kind and size, its numbers, and what it sees."""
-    fields = {"kind": camera.kind, "width": camera.width, "height": camera.height}
-    fields |= _formula_fields(camera)
+    size = {"width": camera.width, "height": camera.height}
+    fields = {"kind": camera.kind, **size, **_formula_fields(camera)}
     if camera.kind == "general":
         fields |= {"units": camera.units, "centre": camera.origins.tolist()}
         fields["share_of_image_with_ray"] = camera.share_with_ray
-    angles = {name: known(angle) for name, angle in field_of_view(camera).items()}
-    fields["field_of_view_deg"] = angles
-    counts = board_counts(views, camera.width, camera.height)
-    fields["share_of_image_under_boards"] = float(np.mean(counts > 0))
-    return fields
+    angles = field_of_view(camera).items()
+    covered = board_counts(views, **size) > 0
+    return fields | {
+        "field_of_view_deg": {name: known(angle) for name, angle in angles},
+        "share_of_image_under_boards": float(np.mean(covered)),
+    }
 
 
 def _formula_fields(camera):
@@ -104,12 +96,12 @@ def _formula_fields(camera):
     if camera.kind == "ray spline":
         return _formula_fields(camera.trend)
     if camera.kind == "moving pupil":
-        shift = camera.pupil_shift.tolist()
-        return _formula_fields(camera.lens) | {"pupil_shift": shift}
+        return _formula_fields(camera.lens) | {
+            "pupil_shift": camera.pupil_shift.tolist()
+        }
     if camera.kind == "kannala-brandt":
-        focal = camera.k[0] * camera.pixels_per_unit
+        focal, centre = camera.k[0] * camera.pixels_per_unit, camera.principal_point
         terms = {"radial": (camera.k[1:] / camera.k[0]).tolist()}
-        centre = camera.principal_point
     elif camera.kind in ("perspective", "unified sphere"):
         xi = getattr(camera, "xi", 0.0)
         focal, centre = np.diag(camera.K)[:2] / (1 + xi), camera.K[:2, 2]
@@ -170,17 +162,20 @@ def misfit_warnings(found, code, words, *, scope="", bent="", **model):
     code: of the DIAGNOSES for large residuals; scope: which boards; bent: the cause
     that depends on the number of boards; model: its name, if the code requires it.
     """
-    values = {"rms_px": found.rms_px, "scatter_px": found.scatter_px}
-    values |= {"stated_sd_px": found.sd_px, "scope": scope}
-    subject = DIAGNOSES[code][0].partition("{scope}")[0].format(**model)
+    values = {
+        "rms_px": found.rms_px,
+        "scatter_px": found.scatter_px,
+        "stated_sd_px": found.sd_px,
+        "scope": scope,
+        "subject": DIAGNOSES[code][0].partition("{scope}")[0].format(**model),
+    }
     if found.odd_board:
-        values |= {"file": found.odd_board, "subject": subject}
-        yield diagnosis("outlier-residuals", words, **values)
+        yield diagnosis("outlier-residuals", words, **values, file=found.odd_board)
     elif found.large and found.scatter_px > OTHER_ORDER_PX:
-        yield diagnosis("point-order", words, subject=subject, **values)
+        yield diagnosis("point-order", words, **values)
     elif found.large:
-        bent = bent or f"bent {words.target}"
-        yield diagnosis(code, words, bent=bent, **model, **values)
+        values["bent"] = bent or f"bent {words.target}"
+        yield diagnosis(code, words, **model, **values)
 
 
 def warnings_of(result, right_px, words):
@@ -237,27 +232,39 @@ def agreement_warnings(corners, halves, fitted, unit, words):
         yield _instability(halves, words)
     area = halves and halves.beyond
     if area and area.matters:
-        values = {"percent": 100 * area.share, "unknown_percent": 100 * area.unknown}
-        values |= {"largest_sd_px": area.largest_px, "under_sd_px": area.under_px}
-        yield diagnosis("extrapolated-area", words, **values)
+        yield diagnosis(
+            "extrapolated-area",
+            words,
+            percent=100 * area.share,
+            unknown_percent=100 * area.unknown,
+            largest_sd_px=area.largest_px,
+            under_sd_px=area.under_px,
+        )
 
 
 def _instability(found, words):
     """The warning of a camera that depends on the images."""
-    outlier, focal, worst = found.outlier, found.focal, found.divisions[0]
+    outlier, focal = found.outlier, found.focal
     if outlier and (found.same_camera or outlier.p_value < found.p_value):
         values = outlier._asdict()
         return diagnosis("outlier-image", words, file=values.pop("name"), **values)
     if not found.same_camera:
-        values = worst.fields() | {"p_value": found.p_value}
-        return diagnosis("inconsistent-halves", words, **values)
+        values = found.divisions[0].fields()
+        return diagnosis(
+            "inconsistent-halves", words, **values | {"p_value": found.p_value}
+        )
     if not found.one_focal:
-        group = listed(min(focal.shorter, focal.longer, key=len), 2)
-        values = focal._asdict() | {"sd_percent": 100 * focal.sd, "files": group}
-        return diagnosis("focal-length-varies", words, **values)
+        return diagnosis(
+            "focal-length-varies",
+            words,
+            **focal._asdict(),
+            sd_percent=100 * focal.sd,
+            files=listed(min(focal.shorter, focal.longer, key=len), 2),
+        )
     largest = max(each.disagreement_px for each in found.divisions)
-    values = {"factor": found.factor, "disagreement_px": largest}
-    return diagnosis("inconsistent-images", words, **values)
+    return diagnosis(
+        "inconsistent-images", words, factor=found.factor, disagreement_px=largest
+    )
 
 
 def coverage_warnings(camera, views, words):
@@ -268,5 +275,4 @@ def coverage_warnings(camera, views, words):
     boards = [view for view in views if not view.every_pixel]
     count = len(set(near_copies(boards)))
     if 0 < count < MIN_N_BOARDS:
-        needed = RECOMMENDED_N_BOARDS
-        yield diagnosis("few-boards", words, count=count, needed=needed)
+        yield diagnosis("few-boards", words, count=count, needed=RECOMMENDED_N_BOARDS)

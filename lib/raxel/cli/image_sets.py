@@ -7,10 +7,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
-from raxel.cli.commands import Say
 from raxel.cli.findings import of_pixels, print_warnings
 from raxel.cli.outputs import check_outputs
-from raxel.cli.terminal import on_one_line
+from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features import charuco
 from raxel.features.boards import (

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from raxel.cameras.registry import load_camera
-from raxel.cli.commands import Say
 from raxel.cli.outputs import check_written
-from raxel.cli.terminal import on_one_line
+from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.io.files import check_can_be_written, replacing

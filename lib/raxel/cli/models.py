@@ -3,6 +3,7 @@
 A fit takes views, (width, height) and the unit of their points, and returns a Fitted.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -47,26 +48,16 @@ def zhang(views, size, unit):
     return Fitted(found.camera, {"left_out": []} | _terms(found), found.board)
 
 
-def kannala_brandt(views, size, unit):
-    """Kannala and Brandt's model, with a pupil shift if the data support one."""
-    return _lens(views, size, "kannala-brandt")
-
-
-def unified(views, size, unit):
-    """The unified sphere model, with a pupil shift if the data support one."""
-    return _lens(views, size, "unified")
-
-
-def _lens(views, size, law):
+def lens(law, views, size, unit):
+    """A model of a fisheye or mirror, with a pupil shift if the data support one."""
     found = calibrate_lens(views, *size, law)
-    wrong = [
-        {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
-        for w in found.wrong
-    ]
     details = {
         "left_out": [],
         **_terms(found),
-        "wrong_points": wrong,
+        "wrong_points": [
+            {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
+            for w in found.wrong
+        ],
         "pupil": _pupil_fields(found.pupil),
     }
     return Fitted(found.camera, details, found.board)
@@ -95,11 +86,9 @@ def _pupil_fields(pupil):
 
 def spline(views, size, unit):
     """Smooth rays: a parametric model and a B-spline ray field on it."""
-    rng = np.random.default_rng(SEED)
-    found = calibrate_spline(views, *size, rng=rng, units=unit)
+    found = calibrate_spline(views, *size, rng=np.random.default_rng(SEED), units=unit)
     details = {
-        "used": [views[index].name for index in found.used],
-        "left_out": _left_out(views, found),
+        **_used(views, found),
         "trend": found.trend,
         "pupil": found.pupil and _pupil_fields(found.pupil),
         "share_of_pixels_under_boards": found.share_covered,
@@ -107,22 +96,12 @@ def spline(views, size, unit):
     return Fitted(found.camera, details, found.board)
 
 
-def cgsp(views, size, unit):
-    """A ray for each pixel that a board covers, by CGSP."""
-    return _table(calibrate_cgsp, views, size, unit)
-
-
-def generic(views, size, unit):
-    """A ray for each pixel that a board covers, by the standard generic method."""
-    return _table(calibrate_generic, views, size, unit)
-
-
-def _table(calibrated, views, size, unit):
+def table(calibrated, views, size, unit):
+    """A ray for each pixel that a board covers, by CGSP or the standard method."""
     found = calibrated(views, *size, rng=np.random.default_rng(SEED), units=unit)
     modes = [found.interpolation[index] for index in found.used]
     details = {
-        "used": [views[index].name for index in found.used],
-        "left_out": _left_out(views, found),
+        **_used(views, found),
         "share_of_pixels_with_ray": found.share_with_ray,
         "adjusted_rms_deg": found.rms_deg,
         "interpolation": {m: modes.count(m) for m in ("homographic", "smooth")},
@@ -130,11 +109,13 @@ def _table(calibrated, views, size, unit):
     return Fitted(found.camera, details)
 
 
-def _left_out(views, found):
-    return [
+def _used(views, found):
+    """Which views went into the fit, and why others did not."""
+    left_out = [
         {"file": views[index].name, "reason": reason}
         for index, reason in sorted(found.left_out.items())
     ]
+    return {"used": [views[index].name for index in found.used], "left_out": left_out}
 
 
 def _without_wrong(fit):
@@ -153,11 +134,11 @@ def _without_wrong(fit):
 # The simplest first: of models that are as good, `auto` takes that.
 FITS = {
     "zhang": _without_wrong(zhang),
-    "kannala-brandt": kannala_brandt,
-    "unified": unified,
+    "kannala-brandt": partial(lens, "kannala-brandt"),
+    "unified": partial(lens, "unified"),
     "spline": spline,
-    "cgsp": _without_wrong(cgsp),
-    "generic": _without_wrong(generic),
+    "cgsp": _without_wrong(partial(table, calibrate_cgsp)),
+    "generic": _without_wrong(partial(table, calibrate_generic)),
 }
 TABLES = ("cgsp", "generic")
 MIN_N_VIEWS = dict.fromkeys(FITS, 2) | dict.fromkeys((*TABLES, "auto"), 3)

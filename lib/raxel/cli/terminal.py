@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 if TYPE_CHECKING:
     from rich import progress
 
+Say = Callable[[str], None]
 PATIENCE_S = 5.0
 COUNTED = re.compile(r"(\d+)/(\d+) (.*)")
 HELP_STYLES = {

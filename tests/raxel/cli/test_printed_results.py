@@ -1,6 +1,7 @@
 """Printed and written results: values, units and names."""
 
 import json
+from functools import partial
 from types import SimpleNamespace
 
 import cv2
@@ -186,17 +187,17 @@ def test_undistort_prints_the_share_of_visible_pixels(tmp_path, capsys):
     assert share == pytest.approx(100 * seen, abs=1.0)
 
 
-@pytest.mark.parametrize("model", ["spline", "cgsp", "generic"])
-def test_models_name_excluded_boards_with_the_reason(monkeypatch, model):
+def test_models_name_excluded_boards_with_the_reason(monkeypatch):
     found = SimpleNamespace(
         camera=None, board=None, used=(0, 2), left_out={1: "too far"}, trend="unified",
         pupil=None, share_covered=0.5, share_with_ray=0.5, rms_deg=0.1, chosen=(0, 2),
         interpolation={0: "smooth", 2: "smooth"}, centre=None,
     )  # fmt: skip
-    monkeypatch.setattr(models, f"calibrate_{model}", lambda *_, **__: found)
+    monkeypatch.setattr(models, "calibrate_spline", lambda *_, **__: found)
     views = [SimpleNamespace(name=name) for name in ("a.png", "b.png", "c.png")]
-    details = getattr(models, model)(views, (640, 480), "mm").details
-    assert details["left_out"] == [{"file": "b.png", "reason": "too far"}]
+    for fit in (models.spline, partial(models.table, models.calibrate_spline)):
+        details = fit(views, (640, 480), "mm").details
+        assert details["left_out"] == [{"file": "b.png", "reason": "too far"}]
 
 
 def test_score_text_has_units():
