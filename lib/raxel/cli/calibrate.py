@@ -40,17 +40,17 @@ def calibrate(options, say):
     for text in seen.lines():
         print(f"{image_set.name}: {text}")
     try:
-        found = _calibrated(image_set, seen.views, options.model, say)
+        result, warnings, fitted, evaluation, halves = _calibrated(
+            image_set, seen.views, options.model, say
+        )
     except InputError as fault:
         # Wrong corners or points are corrected in the file that they are from.
         where = options.corners or options.points or f"{image_set.description}: views"
         raise type(fault)(f"{where}: {fault}") from fault
-    result, warnings, fitted, evaluation, halves = found
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
-    warnings = findings.of_left_out(result["left_out"]) + seen.warnings + warnings
-    result |= findings.warning_fields(warnings)
-    findings.print_warnings(warnings)
+    excluded = findings.of_left_out(result["left_out"])
+    result |= findings.reported(excluded + seen.warnings + warnings)
     if options.report:
         say(f"drawing the report of {len(seen.entries)} images")
     drawn = image_set, seen.entries, seen.views, fitted, evaluation, result, halves
@@ -79,45 +79,41 @@ def _calibrated(image_set, views, asked, say):
     say(f"{model}: fitting {len(views)} {words.target}s")
     fitted = FITS[model](views, size, unit)
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
-    evaluation = right.whole
-    fields = findings.camera_fields(fitted.camera, views)
-    result |= {"camera": fields, **fitted.details, **evaluation.fields()}
+    result["camera"] = findings.camera_fields(fitted.camera, views)
+    result |= fitted.details | right.whole.fields()
     show(camera_lines(result, words))
     images, used = _used(fitted, right.evaluation.images, right.views)
     found = misfit(images, used)
-    result |= {"misfit": found.fields()}
+    result["misfit"] = found.fields()
     result |= right.fields(fitted.details.get("wrong_points", ()))
     result["board_shape"] = findings.shape_fields(fitted.board, views)
     warnings += _misfit_warnings(found, asked, model, right, fitted, words)
     if model in TABLES:
-        test = findings.central_fields(_central_test(images, used, size))
-        result["one_centre"] = test
+        central = _central_test(images, used, size)
+        result["one_centre"] = findings.central_fields(central)
     warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
-    whole = _used(fitted, evaluation.images, views)
+    whole = _used(fitted, right.whole.images, views)
     corners = board_corners(fitted.camera, *whole, fitted.shape)
-    result["board_corners"] = corners and corners.fields()
     halves = split_half(fitted.camera, images, used, fitted.shape)
-    result["stability"] = halves and halves.fields()
-    beyond = halves and halves.beyond
-    result["beyond_boards"] = beyond and beyond.fields()
+    tests = {"board_corners": corners, "stability": halves}
+    tests["beyond_boards"] = halves and halves.beyond
+    result |= {name: test and test.fields() for name, test in tests.items()}
     show(summary(result, words, MIN_N_BOARDS))
     # Halves of images disagree, too, where the camera does not fit.
     if not found.large:
-        tests = corners, halves, fitted
-        warnings += findings.agreement_warnings(*tests, unit, words)
-    warnings += findings.coverage_warnings(fields, used, words)
-    return result, warnings, fitted, evaluation, halves
+        warnings += findings.agreement_warnings(corners, halves, fitted, unit, words)
+    warnings += findings.coverage_warnings(result["camera"], used, words)
+    return result, warnings, fitted, right.whole, halves
 
 
 def _used(fitted, images, views):
     """(ImageScores, views) of those that went into the fit."""
-    out = fitted.unused
     pairs = zip(images, views, strict=True)
-    return zip(*(pair for pair in pairs if pair[1].name not in out), strict=True)
+    return zip(*(p for p in pairs if p[1].name not in fitted.unused), strict=True)
 
 
 def _central_test(images, views, size):
-    """CentralTest of the views that went into the fit, None for fewer than three."""
+    """CentralTest of the views with a pose, None for fewer than three."""
     poses = [score.T_camera_grid for score in images]
     posed = [k for k, T in enumerate(poses) if T is not None]
     if len(posed) < 3:
@@ -129,9 +125,9 @@ def _central_test(images, views, size):
 def _misfit_warnings(found, asked, model, right, fitted, words):
     """Yield the warnings of the Misfit of the views that went into the fit, and of
     all."""
-    count = len(right.views) - len(fitted.unused)
     blamed = "auto" if asked == "auto" and model not in TABLES else model
     about = {"code": MISFITS[blamed], "words": words, "model": model}
+    count = len(right.views) - len(fitted.unused)
     few = fitted.board is None and count < MIN_N_BOARDS
     bent = f"bent {words.target} (untested)" if few else ""
     yield from findings.misfit_warnings(found, bent=bent, **about)

@@ -41,32 +41,37 @@ def evaluate(options, say):
     views = marked or image_set.views
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, 1, "an evaluation")
-    shape = None
-    if options.board:
-        shape = read_shape(options.board, image_set.target.unit, seen.views)
+    unit, words = image_set.target.unit, words_of(image_set.target)
+    shape = options.board and read_shape(options.board, unit, seen.views)
     right = without_wrong_corners(camera, seen.views, shape)
     found = misfit(right.evaluation.images, right.views)
-    missed, words = seen.left_out(), words_of(image_set.target)
-    result = {"set": image_set.name, "camera": options.camera}
-    result["board"] = "as stated" if shape is None else options.board
-    result["views_scored"] = "marked evaluate" if marked else UNMARKED
-    result |= right.whole.fields() | seen.fields() | right.fields()
-    result |= {"left_out": missed, "misfit": found.fields()}
-    warnings = findings.of_left_out(missed) + seen.warnings
+    result = {
+        "set": image_set.name,
+        "camera": options.camera,
+        "board": "as stated" if shape is None else options.board,
+        "views_scored": "marked evaluate" if marked else UNMARKED,
+        **right.whole.fields(),
+        **seen.fields(),
+        **right.fields(),
+        "left_out": seen.left_out(),
+        "misfit": found.fields(),
+    }
+    warnings = findings.of_left_out(result["left_out"]) + seen.warnings
     warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
     warnings += findings.misfit_warnings(found, "camera-misfit", words)
     if found.large and shape is None:
         warnings.append(diagnosis("bent-board", words))
-    if options.json:
-        write_json(options.json, result | findings.warning_fields(warnings))
-    notice = f"no view is marked evaluate: all {len(views)} are scored"
-    lines = [*([] if marked else [notice]), *seen.lines()]
+    lines = [*seen.lines()]
+    if not marked:
+        lines.insert(0, f"no view is marked evaluate: all {len(views)} are scored")
     if options.board:
         used = "as specified, like in" if shape is None else "with the shape of"
         lines.append(f"{words.target}s {used} {options.board}")
     for text in (*lines, score_text(result, words)):
         print(f"{image_set.name}: {text}")
-    findings.print_warnings(warnings)
+    result |= findings.reported(warnings)
+    if options.json:
+        write_json(options.json, result)
 
 
 def check_size(path, camera, image_set):

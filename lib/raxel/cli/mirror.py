@@ -10,7 +10,7 @@ from raxel.calibration.mirror.stages import calibrate_mirror
 from raxel.calibration.views.boards import board_views
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
-from raxel.cli.findings import of_left_out, print_warnings, warning_fields
+from raxel.cli.findings import of_left_out, reported
 from raxel.cli.outputs import check_outputs, write_results
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.comparison import back_projection, predicted_errors, viewers_aside
@@ -51,10 +51,10 @@ def calibrate_mirror_set(options, say):
     except InputError as fault:
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
     expected = _expected(mirror_set, views, found, say)
-    result = _result(mirror_set, views, found, outputs, expected)
+    result = _result(mirror_set, views, found, outputs, *expected)
     for label, text in (*mirror_lines(result), *stage_lines(result)):
         print(f"{mirror_set.name}: {label}: {text}")
-    print_warnings(result["warnings"])
+    result |= reported([Diagnosis.reported("mirror", text) for text in found.flags])
     if options.report:
         say(f"drawing the report of {len(found.cameras)} stages")
     drawn = mirror_set, found, result
@@ -73,17 +73,14 @@ def stage_files(out, count):
 
 def check_no_options(options, mirror_set, names):
     """Raise InputError for options that do not apply to a mirror set."""
-    for option in names:
-        if getattr(options, option, None):
-            raise InputError(
-                f"--{option}: not for a mirror set ({mirror_set.description}); leave "
-                "it out"
-            )
+    for option in (name for name in names if getattr(options, name, None)):
+        raise InputError(
+            f"--{option}: not for a mirror set ({mirror_set.description}); leave it out"
+        )
 
 
-def _result(mirror_set, views, found, outputs, expected):
-    """What is written to --json; expected: of `_expected`."""
-    errors, with_viewer = expected
+def _result(mirror_set, views, found, outputs, errors, with_viewer):
+    """What is written to --json; errors, with_viewer: of `_expected`."""
     stages = [
         _stage(mirror_set, found, k, path) | {"predicted_ray_error_deg": error}
         for k, (path, error) in enumerate(zip(outputs, errors, strict=True))
@@ -106,7 +103,6 @@ def _result(mirror_set, views, found, outputs, expected):
             "freedom": int(found.bundle.freedom),
             "converged": bool(found.bundle.converged),
         },
-        **warning_fields([Diagnosis.reported("mirror", text) for text in found.flags]),
     }
 
 
@@ -174,18 +170,16 @@ def _expected(mirror_set, views, found, say):
     """([{median, largest}] over each stage's mirror: predicted errors of rays, degrees;
     whether the error of the camera that views the mirror is included)"""
     pixels = [_spread_over(camera) for camera in found.cameras]
-    perturbed, counted = _perturbed(mirror_set, views, say), False
+    perturbed = _perturbed(mirror_set, views, say)
     try:
         errors = predicted_errors(views, found, pixels, perturbed)
-        counted = bool(perturbed)
     except CalibrationError:
-        errors = predicted_errors(views, found, pixels)
-    finite = [each[np.isfinite(each)] for each in errors]
+        perturbed, errors = [], predicted_errors(views, found, pixels)
     predicted = [
         {"median": float(np.median(each)), "largest": float(np.max(each))}
-        for each in finite
+        for each in (error[np.isfinite(error)] for error in errors)
     ]
-    return predicted, counted
+    return predicted, bool(perturbed)
 
 
 def _perturbed(mirror_set, views, say):
@@ -214,37 +208,35 @@ def evaluate_mirror_set(options, say):
     check_size(options.camera, camera, mirror_set.stages)
     stage, by = _stage_to_score(options, mirror_set)
     views, missed = _boards(mirror_set, stage, say)
-    evaluation = evaluate_camera(camera, views)
     projected = [back_projection(camera, view) for view in views]
-    warnings = of_left_out(missed)
-    for one in projected:
-        if one.reason:
-            warnings.append(diagnosis("no-pose", file=one.name, reason=one.reason))
-    scores = _scores(evaluation, projected)
-    if options.json:
-        result = {"set": mirror_set.name, "camera": options.camera, "stage": stage}
-        result |= scores | {"left_out": missed} | warning_fields(warnings)
-        write_json(options.json, result)
+    result = {"set": mirror_set.name, "camera": options.camera, "stage": stage}
+    result |= _scores(evaluate_camera(camera, views), projected) | {"left_out": missed}
     label = f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate"
-    print(f"{label}: {score_text(scores)}")
-    whole = scores["back_projection_mm"]
+    print(f"{label}: {score_text(result)}")
+    whole = result["back_projection_mm"]
     if whole["corners"]:
         print(
             f"{mirror_set.name}: back-projection with the fitted poses: mean "
             f"{whole['mean']:.3f} mm, RMS {whole['rms']:.3f} mm, {whole['corners']} "
             "corners"
         )
-    print_warnings(warnings)
+    unposed = [
+        diagnosis("no-pose", file=one.name, reason=one.reason)
+        for one in projected
+        if one.reason
+    ]
+    result |= reported(of_left_out(missed) + unposed)
+    if options.json:
+        write_json(options.json, result)
 
 
 def _stage_to_score(options, mirror_set):
     """(number of the stage, how it is known)"""
     last = len(mirror_set.steps)
-    named = STAGE_OF_NAME.search(Path(options.camera).stem)
     stage, by = last, "the last"
     if options.stage is not None:
         stage, by = options.stage, "by --stage"
-    elif named:
+    elif named := STAGE_OF_NAME.search(Path(options.camera).stem):
         stage, by = int(named[1]), f"by the name of {Path(options.camera).name}"
     if stage > last:
         raise InputError(

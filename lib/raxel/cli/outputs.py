@@ -42,14 +42,13 @@ def check_outputs(
         same = "--json and --out name the same file; give two names"
         other = "--json names the file of another result; give another name"
         raise InputError(f"{options.json}: {other if cameras[1:] else same}")
-    image_sets, inputs = [source], [*filter(None, read)]
-    if isinstance(source, MirrorSet):
-        image_sets = [*source.image_sets.values()]
-        if isinstance(source.viewer, Path):
-            inputs.append(source.viewer)
-    check_written(written, image_sets, [*inputs, source.description])
+    inputs: list[str | Path] = [source.description, *filter(None, read)]
+    if isinstance(source, MirrorSet) and isinstance(source.viewer, Path):
+        inputs.append(source.viewer)
+    own = {"": source} if isinstance(source, ImageSet) else source.image_sets
+    check_written(written, own.values(), inputs)
     if getattr(options, "report", None):
-        for one in (source, *image_sets):
+        for one in (source, *own.values()):
             check_report(options.report, one, [*written, *inputs])
 
 
