@@ -62,22 +62,18 @@ def patterns(options: SimpleNamespace, say: Say) -> None:
             image = pattern_image(pattern, size)
             (folder / pattern.image).write_bytes(encoded(image, ".png"))
             say(f"{number}/{len(shown)} {pattern.image}")
-        for name, level in ((WHITE, 255), (BLACK, 0)):
-            image[:] = level
-            (folder / name).write_bytes(encoded(image, ".png"))
+        others = {WHITE: np.full_like(image, 255), BLACK: np.zeros_like(image)}
         if board:
-            image = chessboard_image(board, size)
-            (folder / CHESSBOARD).write_bytes(encoded(image, ".png"))
-        sheet = encoded(pattern_sheet(shown, size), ".png")
-        (folder / PREVIEW).write_bytes(sheet)
-        text = HEADER + FEW_STEPS * (options.steps < 6)
-        text += set_text(_described(shown, grid, options.poses))
+            others[CHESSBOARD] = chessboard_image(board, size)
+        for name, image in (*others.items(), (PREVIEW, pattern_sheet(shown, size))):
+            (folder / name).write_bytes(encoded(image, ".png"))
+        text = set_text(_described(shown, grid, options.poses))
+        text = HEADER + FEW_STEPS * (options.steps < 6) + text
         (folder / DESCRIPTION).write_text(text, "utf-8")
     cells = " x ".join(f"{width:g}" for width in plan.cell_px)
-    others = ", ".join([WHITE, BLACK] + [CHESSBOARD] * bool(board))
     print(
-        f"{len(shown)} patterns with cells of {cells} px, {others} and {PREVIEW} in"
-        f" {on_one_line(options.out)}; {DESCRIPTION} contains instructions"
+        f"{len(shown)} patterns with cells of {cells} px, {', '.join(others)} and "
+        f"{PREVIEW} in {on_one_line(options.out)}; {DESCRIPTION} contains instructions"
     )
 
 
@@ -113,16 +109,19 @@ def decode(options: SimpleNamespace, say: Say) -> None:
                 fill=options.fill, margin_px=options.margin, linear=options.linear,
             )  # fmt: skip
             if found.reason:
-                where = f"{image_set.description}: views: {view.label}"
-                raise InputError(f"{where}: {found.reason}")
+                raise InputError(
+                    f"{image_set.description}: views: {view.label}: {found.reason}"
+                )
             _write(folder, view.label, found, image_set.target)
             summaries.append(_summary(view.label, found))
             warnings += found.warnings
             say(f"{number}/{len(image_set.views)} {view.label}")
-        mirrored = [(view["view"], view["as_in_a_mirror"]) for view in summaries]
-        warnings += of_handedness(mirrored) + of_swapped_sides(image_set.target)
-        summary = {"set": image_set.name, "views": summaries, "warnings": warnings}
-        write_json(folder / SUMMARY, summary)
+        warnings += of_handedness([(v["view"], v["as_in_a_mirror"]) for v in summaries])
+        warnings += of_swapped_sides(image_set.target)
+        write_json(
+            folder / SUMMARY,
+            {"set": image_set.name, "views": summaries, "warnings": warnings},
+        )
     for summary in summaries:
         print(_line(summary))
     print(f"points, sigma and mask of each view in {on_one_line(options.out)}")
@@ -140,11 +139,10 @@ def _write(folder: Path, label: str, found: DecodedView, target: Any) -> None:
 
 def _summary(label: str, found: DecodedView) -> dict[str, Any]:
     decoded = found.decoded
-    pixels = {reason: n for reason, n in decoded.counts().items() if n}
     return {
         "view": label,
         "unit": decoded.unit,
-        "pixels": pixels,
+        "pixels": {reason: n for reason, n in decoded.counts().items() if n},
         "median_sigma": [_median(decoded.sigma[..., axis]) for axis in (0, 1)],
         "noise_floor": decoded.noise.floor,
         "noise_slope": decoded.noise.slope,
@@ -178,11 +176,11 @@ def _check_names(image_set: ImageSet) -> None:
 
 def _check_margin(margin: int | None, image_set: ImageSet) -> None:
     """Raise InputError for a margin that excludes the whole image."""
-    width, height = image_set.width, image_set.height
-    if margin is not None and 2 * margin >= min(width, height):
+    largest = (min(image_set.width, image_set.height) - 1) // 2
+    if margin is not None and margin > largest:
         raise InputError(
-            f"--margin: found {margin} px, but the images have {width} x {height} px; "
-            f"give at most {(min(width, height) - 1) // 2}"
+            f"--margin: found {margin} px, but the images have {image_set.width} x "
+            f"{image_set.height} px; give at most {largest}"
         )
 
 
@@ -199,8 +197,10 @@ def _line(view: dict[str, Any]) -> str:
     )
     mirror = "; mirror image" if view["as_in_a_mirror"] else ""
     blur = "" if view["blur_px"] is None else f"; blur {view['blur_px']:.2g} px"
-    margin = f"{blur}, margin {view['margin_px']} px{_of_response(view)}"
-    return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{margin}{mirror}"
+    return (
+        f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{blur}, margin "
+        f"{view['margin_px']} px{_of_response(view)}{mirror}"
+    )
 
 
 def _of_response(view: dict[str, Any]) -> str:

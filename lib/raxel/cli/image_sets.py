@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
-from raxel.cli.findings import of_pixels, print_warnings
+from raxel.cli.findings import of_pixels
 from raxel.cli.outputs import check_outputs
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
@@ -61,6 +61,7 @@ def check(options: SimpleNamespace, say: Say) -> None:
 def _describe_mirror(mirror_set: MirrorSet) -> None:
     clamp, viewer = mirror_set.clamp, mirror_set.viewer
     hidden = f", mirror hidden up to {clamp.hidden_mm:g} mm from it"
+    picked = f"{len(clamp.points)} points, SD {clamp.sd_px:g} px"
     deflections = [step.deflection_mm for step in mirror_set.steps]
     listed = ", ".join(
         "not stated" if mm is None else f"{mm:g} mm" for mm in deflections
@@ -69,11 +70,7 @@ def _describe_mirror(mirror_set: MirrorSet) -> None:
     _print_fields(
         ("viewer", "" if isinstance(viewer, ImageSet) else on_one_line(viewer.name)),
         ("platter", f"{mirror_set.thickness_mm:g} mm in front of its board"),
-        (
-            "clamp",
-            f"{len(clamp.points)} points, SD {clamp.sd_px:g} px"
-            f"{hidden * (clamp.hidden_mm > 0)}",
-        ),
+        ("clamp", picked + hidden * (clamp.hidden_mm > 0)),
         (
             "stages",
             f"{len(deflections)} deflections ({listed}), {n_boards} "
@@ -104,8 +101,10 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         ("truth", image_set.truth),
     )
     if n_oriented:
-        ignored = "EXIF orientation ignored, pixels are used in sensor order"
-        print_warnings([f"{n_oriented} of {len(files)} images: {ignored}"])
+        print(
+            f"warning: {n_oriented} of {len(files)} images: EXIF orientation ignored, "
+            "pixels are used in sensor order"
+        )
 
 
 def _print_fields(*fields: tuple[str, str | None]) -> None:
@@ -188,8 +187,9 @@ def corners(options: SimpleNamespace, say: Say) -> None:
     found = sum(board.detection.found for board in boards)
     kept = options.json and not found and Path(options.json).exists()
     if options.json and not kept:
-        detector = _detector_name(image_set, options)
-        write_boards(options.json, image_set, detector, boards, vote)
+        write_boards(
+            options.json, image_set, _detector_name(image_set, options), boards, vote
+        )
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
     if vote:
         print(f"{image_set.name}: {vote.line()}")
@@ -198,9 +198,10 @@ def corners(options: SimpleNamespace, say: Say) -> None:
         if not detection.found:
             print(f"  {board.view.label}: {detection.reason}")
         elif detection.missing:
-            n_corners = len(detection.corners)
-            missing = f"{detection.missing} of {n_corners} corners are missing"
-            print(f"  {board.view.label}: {missing}")
+            print(
+                f"  {board.view.label}: {detection.missing} of "
+                f"{len(detection.corners)} corners are missing"
+            )
     if not found:
         raise InputError(
             f"{image_set.description}: views: no usable board in any image"
@@ -239,8 +240,7 @@ def detected(
             f"{where}: target.columns: found null, but --detector {detector} requires "
             f"the board size; give columns and rows, or use {DEFAULT_DETECTOR}"
         )
-    clicked = any(view.outer_corners is not None for view in views)
-    if detector in CLICK_DETECTORS and not clicked:
+    if detector in CLICK_DETECTORS and not any(view.outer_corners for view in views):
         raise InputError(
             f"{where}: views: found no outer_corners in {len(views)} views, but "
             f"--detector {detector} requires them; add the four clicked corners, or "

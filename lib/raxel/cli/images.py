@@ -8,8 +8,8 @@ import unicodedata
 import webbrowser
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from itertools import count
+from collections.abc import Callable, Sequence
+from itertools import chain, count
 from pathlib import Path, PurePath
 from types import SimpleNamespace
 from typing import Any
@@ -31,6 +31,7 @@ from raxel.multiview.views import (
     share_seen,
     source_pixels,
 )
+from raxel.report.canvas import encoded
 from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
 
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
@@ -155,7 +156,10 @@ def _targets(files: Sequence[str]) -> list[PurePath]:
     taken = {_folded(folder) for path in plain for folder in path.parents}
     targets: list[PurePath] = []
     for name, first in zip(files, plain, strict=True):
-        choices = _choices(name, first if shared[_folded(first)] == 1 else None)
+        numbered = map(PurePath, (f"{name}-{number}.png" for number in count(2)))
+        choices = chain([PurePath(f"{name}.png")], numbered)
+        if shared[_folded(first)] == 1:
+            choices = chain([first], choices)
         targets.append(next(path for path in choices if _folded(path) not in taken))
         taken.add(_folded(targets[-1]))
     return targets
@@ -165,25 +169,14 @@ def _plain(name: str) -> PurePath:
     return PurePath(name).with_suffix(".png")
 
 
-def _choices(name: str, first: PurePath | None) -> Iterator[PurePath]:
-    if first is not None:
-        yield first
-    yield PurePath(f"{name}.png")
-    for number in count(2):
-        yield PurePath(f"{name}-{number}.png")
-
-
 def _folded(path: PurePath) -> str:
     """Return the same text for paths that some file systems take for one."""
     return unicodedata.normalize("NFC", str(path).casefold())
 
 
 def _write_png(path: Path, image: np.ndarray) -> None:
-    import cv2
-
     path.parent.mkdir(parents=True, exist_ok=True)
-    data = cv2.imencode(".png", image)[1].tobytes()
-    chunk = b"tEXt" + SOFTWARE
+    data, chunk = encoded(image, ".png"), b"tEXt" + SOFTWARE
     length, checksum = len(SOFTWARE), zlib.crc32(chunk)
     chunk = struct.pack(">I", length) + chunk + struct.pack(">I", checksum)
     path.write_bytes(data[:HEADER_BYTES] + chunk + data[HEADER_BYTES:])

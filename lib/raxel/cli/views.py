@@ -68,17 +68,16 @@ class SeenViews(NamedTuple):
             yield self.vote.line()
         if not self.grids:
             return
-        count = len(self.grids)
         steps, pixels, points = (
             _range([grid[key] for grid in self.grids])
             for key in ("step", "pixels", "points")
         )
+        count = f"{len(self.grids)} grid{'s' * (len(self.grids) > 1)}"
         yield (
-            f"{count} {'grids' if count > 1 else 'grid'} of {pixels} pixels; models, "
-            f"poses and scores use every {steps} px along each axis: {points} points"
+            f"{count} of {pixels} pixels; models, poses and scores use every {steps} "
+            f"px along each axis: {points} points"
         )
-        mirrored = [view.name for view in self.views if view.mirrored]
-        if len(mirrored) == count:
+        if all(view.mirrored for view in self.views):
             yield "grids are mirrored: their y axis is inverted"
 
 
@@ -102,17 +101,18 @@ def seen_in(image_set, views, options, say):
     boards, vote = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
     seen = board_views(image_set, boards)
-    warnings = [*_copies(seen), *_near_copies(seen)]
-    return SeenViews(entries, seen, [], warnings, vote)
+    return SeenViews(entries, seen, [], [*_copies(seen), *_near_copies(seen)], vote)
 
 
 def _copies(views):
     """A warning where all corners of views are identical to those of others."""
-    first, copies = {}, []
-    for view in views:
-        other = first.setdefault(view.pixels.tobytes(), view.name)
-        if other != view.name:
-            copies.append((view.name, other))
+    first = {}
+    originals = [first.setdefault(view.pixels.tobytes(), view.name) for view in views]
+    copies = [
+        (view.name, original)
+        for view, original in zip(views, originals, strict=True)
+        if view.name != original
+    ]
     if copies:
         (name, original), *rest = copies
         more = f" (likewise: {listed([name for name, _ in rest])})" if rest else ""
@@ -122,26 +122,19 @@ def _copies(views):
 def _near_copies(views):
     """A warning where boards have the pose of others, with corners of their own."""
     near = [
-        (view.name, views[k].name)
+        {"file": view.name, "original": views[k].name}
         for view, k in zip(views, near_copies(views), strict=True)
-        if view.name != views[k].name and not _same(view, views[k])
+        if view.name != views[k].name
+        and view.pixels.tobytes() != views[k].pixels.tobytes()
     ]
     if near:
-        values = dict(zip(("file", "original"), near[0], strict=True))
-        yield diagnosis("same-pose", count=len(near), n_views=len(views), **values)
-
-
-def _same(one, other):
-    return one.pixels.tobytes() == other.pixels.tobytes()
+        yield diagnosis("same-pose", count=len(near), n_views=len(views), **near[0])
 
 
 def _grids(image_set, views, options, say):
-    if options.points:
-        grids = read_grids(options.points, image_set, views)
-    else:
-        grids = decode_grids(image_set, views, say)
+    decoded = options.points and read_grids(options.points, image_set, views)
     entries, seen, warnings = [], [], []
-    for grid in grids:
+    for grid in decoded or decode_grids(image_set, views, say):
         name, reason = grid.view.label, grid.reason
         warnings += [Diagnosis.reported("decoding", text) for text in grid.warnings]
         if not reason:
