@@ -56,7 +56,6 @@ def patterns(options: SimpleNamespace, say: Say) -> None:
     plan = plan_of_cells(size, options.cells, options.steps, options.offset)
     shown = patterns_of(plan)
     board = options.chessboard and chessboard_of_corners(size, *options.chessboard)
-    grid = ActiveGrid(size, options.size_mm, board)
     with new_folder(options.out) as folder:
         for number, pattern in enumerate(shown, 1):
             image = pattern_image(pattern, size)
@@ -67,8 +66,9 @@ def patterns(options: SimpleNamespace, say: Say) -> None:
             others[CHESSBOARD] = chessboard_image(board, size)
         for name, image in (*others.items(), (PREVIEW, pattern_sheet(shown, size))):
             (folder / name).write_bytes(encoded(image, ".png"))
-        text = set_text(_described(shown, grid, options.poses))
-        text = HEADER + FEW_STEPS * (options.steps < 6) + text
+        grid = ActiveGrid(size, options.size_mm, board)
+        text = HEADER + FEW_STEPS * (options.steps < 6)
+        text += set_text(_described(shown, grid, options.poses))
         (folder / DESCRIPTION).write_text(text, "utf-8")
     cells = " x ".join(f"{width:g}" for width in plan.cell_px)
     print(

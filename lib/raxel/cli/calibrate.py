@@ -54,8 +54,12 @@ def calibrate(options, say):
     if options.report:
         say(f"drawing the report of {len(seen.entries)} images")
     drawn = image_set, seen.entries, seen.views, fitted, evaluation, result, halves
-    cameras = {options.out: fitted.camera}
-    write_results(options, cameras, result, lambda folder: write_report(folder, *drawn))
+    write_results(
+        options,
+        {options.out: fitted.camera},
+        result,
+        lambda folder: write_report(folder, *drawn),
+    )
 
 
 def _calibrated(image_set, views, asked, say):
@@ -127,14 +131,15 @@ def _misfit_warnings(found, asked, model, right, fitted, words):
     all."""
     blamed = "auto" if asked == "auto" and model not in TABLES else model
     about = {"code": MISFITS[blamed], "words": words, "model": model}
-    count = len(right.views) - len(fitted.unused)
-    few = fitted.board is None and count < MIN_N_BOARDS
-    bent = f"bent {words.target} (untested)" if few else ""
+    few = len(right.views) - len(fitted.unused) < MIN_N_BOARDS
+    untested = fitted.board is None and few
+    bent = f"bent {words.target} (untested)" if untested else ""
     yield from findings.misfit_warnings(found, bent=bent, **about)
     whole = misfit(right.evaluation.images, right.views)
     if fitted.unused and whole.large and not found.large and not whole.odd_board:
-        scope = f" all {words.target}s"
-        yield from findings.misfit_warnings(whole, scope=scope, **about)
+        yield from findings.misfit_warnings(
+            whole, scope=f" all {words.target}s", **about
+        )
 
 
 def _compare(views, size, unit, say):
@@ -145,5 +150,8 @@ def _compare(views, size, unit, say):
         fitted = fit(views, size, unit)
         return fitted.camera, fitted.shape
 
-    builders = {name: functools.partial(build, f, name) for name, f in FITS.items()}
-    return compare_models(builders, views, min(FOLDS, len(views)))
+    return compare_models(
+        {name: functools.partial(build, fit, name) for name, fit in FITS.items()},
+        views,
+        min(FOLDS, len(views)),
+    )

@@ -93,8 +93,7 @@ def number(kind: Callable, low: float, high: float, expected: str) -> Callable:
 
 def _print(ctx: click.Context, param: click.Parameter, given: bool) -> None:
     if given:
-        version = param.name == "version"
-        print_help(f"raxel {__version__}" if version else ctx.get_help())
+        print_help(ctx.get_help() if param.name == "help" else f"raxel {__version__}")
         ctx.exit()
 
 

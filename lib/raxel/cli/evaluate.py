@@ -32,8 +32,11 @@ def evaluate(options, say):
     if options.stage is not None:
         raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
     image_set = load_set(options.set)
-    read = options.camera, options.corners, options.points, options.board
-    check_outputs(options, image_set, read=read)
+    check_outputs(
+        options,
+        image_set,
+        read=[options.camera, options.corners, options.points, options.board],
+    )
     check_options(image_set, options)
     camera = load_camera(options.camera)
     check_size(options.camera, camera, image_set)

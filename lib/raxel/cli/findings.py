@@ -207,8 +207,12 @@ def warnings_of(result, right_px, words):
     if shape and shape["stretch"]["used"]:
         parts.append(f"stretched by {100 * shape['stretch']['value']:.2g} % (x/y)")
     if parts:
-        values = {name: shape[name] for name in (*TERMS, "flat_px", "shaped_px")}
-        yield diagnosis("board-shape", words, shape=", ".join(parts), **values)
+        yield diagnosis(
+            "board-shape",
+            words,
+            shape=", ".join(parts),
+            **{name: shape[name] for name in (*TERMS, "flat_px", "shaped_px")},
+        )
 
 
 def agreement_warnings(corners, halves, fitted, unit, words):

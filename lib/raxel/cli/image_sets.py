@@ -41,8 +41,7 @@ from raxel.sets import (
 from raxel.sets.image_files import has_orientation
 from raxel.sets.patterns import cell_width
 
-SIZE_DETECTORS = ("opencv", "celect")
-"""Detectors that require the size of the board."""
+SIZE_DETECTORS = ("opencv", "celect")  # which require the size of the board
 
 
 def check(options: SimpleNamespace, say: Say) -> None:
@@ -127,8 +126,10 @@ def _target(target: Chessboard | ActiveGrid) -> str:
     if target.columns is not None:
         size = f"{target.columns} x {target.rows} interior corners"
     if isinstance(target, Charuco):
-        markers = f"markers {target.dictionary}, {target.marker_mm:g} mm"
-        return f"ChArUco board, {size}, {pitch}, {markers}"
+        return (
+            f"ChArUco board, {size}, {pitch}, markers {target.dictionary}, "
+            f"{target.marker_mm:g} mm"
+        )
     return f"chessboard, {size}, {pitch}"
 
 

@@ -41,9 +41,9 @@ SOFTWARE = b"Software\0raxel undistort"
 ENDINGS = (".html", ".png")
 
 
+# Function of an image; fraction of the pixels that show anything; what shows these;
+# possible causes of a small fraction.
 Undistortion = tuple[Callable[[np.ndarray], np.ndarray], float, str, str]
-"""Function of an image; fraction of the pixels that show anything; what shows these;
-possible causes of a small fraction."""
 
 
 def undistort(options: SimpleNamespace, say: Say) -> None:
@@ -102,8 +102,9 @@ def _by_grid(path: str, image_set: ImageSet) -> Undistortion:
     location, sigma, mask = read_grid(path, (*shape, 2))
     try:
         scale = plane_scale(location, mask)
-        blank = np.zeros(shape, np.uint8)
-        _, known = remap_to_plane(blank, location, sigma, mask, *scale)
+        _, known = remap_to_plane(
+            np.zeros(shape, np.uint8), location, sigma, mask, *scale
+        )
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from fault
     return (
@@ -193,8 +194,13 @@ def render(options: SimpleNamespace, say: Say) -> None:
     from raxel.lab.set_rendering import render_set
 
     if is_mirror_set_rig(options.rig):
-        rig = load_mirror_set_rig(options.rig)
-        made = render_mirror_set(rig, options.out, options.seed, options.noise, say)
+        made = render_mirror_set(
+            load_mirror_set_rig(options.rig),
+            options.out,
+            options.seed,
+            options.noise,
+            say,
+        )
         for field, image_set in made.image_sets.items():
             print(f"{made.name}: {field}: {_contents(image_set)}")
         print(f"{made.name}: {len(made.steps) + 1} stages", end=", ")
@@ -209,10 +215,9 @@ def render(options: SimpleNamespace, say: Say) -> None:
 
 
 def _contents(image_set: ImageSet) -> str:
-    n_files = sum(len(view.files) for view in image_set.views)
     return (
-        f"{len(image_set.views)} views, {n_files} images of "
-        f"{image_set.width} x {image_set.height} px"
+        f"{len(image_set.views)} views, {sum(len(v.files) for v in image_set.views)} "
+        f"images of {image_set.width} x {image_set.height} px"
     )
 
 
@@ -231,8 +236,8 @@ def show(options: SimpleNamespace, say: Say) -> None:
     need(rendering_missing() if as_image else packages_missing())
     scene, title = _scene(options, out, say)
     if out is None:
-        folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))
-        out = folder / f"{title.split(':')[0]}.html"
+        folder = tempfile.mkdtemp(prefix="raxel-show-")
+        out = Path(folder, f"{title.split(':')[0]}.html")
     from raxel.show import html, png
 
     content = png(scene) if as_image else html(scene, title).encode()
@@ -259,8 +264,10 @@ def _scene(options: SimpleNamespace, out: Path | None, say: Say) -> tuple[Any, s
         check_written([out], [image_set])
         camera = options.camera and load_camera(options.camera)
         boards = options.corners and read_boards(options.corners, image_set)
-        scene = set_scene(image_set, camera, say, boards)
-        return scene, f"{image_set.name}: targets in front of the camera"
+        return (
+            set_scene(image_set, camera, say, boards),
+            f"{image_set.name}: targets in front of the camera",
+        )
     for option in ("camera", "corners"):
         if getattr(options, option):
             raise InputError(

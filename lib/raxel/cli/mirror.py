@@ -57,11 +57,12 @@ def calibrate_mirror_set(options, say):
     result |= reported([Diagnosis.reported("mirror", text) for text in found.flags])
     if options.report:
         say(f"drawing the report of {len(found.cameras)} stages")
-    drawn = mirror_set, found, result
-    cameras = dict(zip(outputs, found.cameras, strict=True))
-    cameras[options.out] = found.cameras[-1]
+    names, cameras = [*outputs, options.out], [*found.cameras, found.cameras[-1]]
     write_results(
-        options, cameras, result, lambda folder: write_mirror_report(folder, *drawn)
+        options,
+        dict(zip(names, cameras, strict=True)),
+        result,
+        lambda folder: write_mirror_report(folder, mirror_set, found, result),
     )
 
 
@@ -81,10 +82,6 @@ def check_no_options(options, mirror_set, names):
 
 def _result(mirror_set, views, found, outputs, errors, with_viewer):
     """What is written to --json; errors, with_viewer: of `_expected`."""
-    stages = [
-        _stage(mirror_set, found, k, path) | {"predicted_ray_error_deg": error}
-        for k, (path, error) in enumerate(zip(outputs, errors, strict=True))
-    ]
     return {
         "set": mirror_set.name,
         "model": "spline mirror",
@@ -97,7 +94,10 @@ def _result(mirror_set, views, found, outputs, errors, with_viewer):
             "hidden_mm": views.clamp.hidden_mm,
         },
         "primary": _primary(views, found),
-        "stages": stages,
+        "stages": [
+            _stage(mirror_set, found, k, path) | {"predicted_ray_error_deg": error}
+            for k, (path, error) in enumerate(zip(outputs, errors, strict=True))
+        ],
         "bundle": {
             "corners_variance": found.bundle.variance,
             "freedom": int(found.bundle.freedom),
@@ -109,38 +109,35 @@ def _result(mirror_set, views, found, outputs, errors, with_viewer):
 def _primary(views, found):
     """The first shape: how well rays meet, and the poses of the monitor."""
     primary = found.primary
-    motions = [
-        {
-            "first": views.grids[0].name,
-            "second": view.name,
-            "distance_mm": motion.distance,
-            "distance_sd_mm": known(motion.distance_sd),
-            "angle_deg": float(np.degrees(motion.angle)),
-            "angle_sd_deg": known(np.degrees(motion.angle_sd)),
-        }
-        for view, motion in zip(views.grids[1:], primary.motions, strict=True)
-    ]
     return {
         "points_from_rays_mm": known(np.nanmean(primary.mirror.misses)),
         "residual_mm": _spread(primary.residuals),
         "platter_rms_px": found.poses.rms_px,
-        "grids": motions,
+        "grids": [
+            {
+                "first": views.grids[0].name,
+                "second": view.name,
+                "distance_mm": motion.distance,
+                "distance_sd_mm": known(motion.distance_sd),
+                "angle_deg": float(np.degrees(motion.angle)),
+                "angle_sd_deg": known(np.degrees(motion.angle_sd)),
+            }
+            for view, motion in zip(views.grids[1:], primary.motions, strict=True)
+        ],
     }
 
 
 def _stage(mirror_set, found, stage, path):
     """One stage: the data of its shape, and its residuals."""
-    camera = found.cameras[stage]
     fields = {
         "camera": path,
-        "functions": list(camera.grid.shape),
+        "functions": list(found.cameras[stage].grid.shape),
         "residual_mm": _spread(found.residuals_mm(stage)),
     }
     if stage == 0:
         return fields
     step, update = mirror_set.steps[stage - 1], found.updates[stage - 1]
-    names = [view.view.name for view in found.views]
-    grid = found.views[names.index(step.after)].grid
+    grid = next(view.grid for view in found.views if view.view.name == step.after)
     return fields | {
         "before": step.before,
         "after": step.after,
@@ -211,8 +208,10 @@ def evaluate_mirror_set(options, say):
     projected = [back_projection(camera, view) for view in views]
     result = {"set": mirror_set.name, "camera": options.camera, "stage": stage}
     result |= _scores(evaluate_camera(camera, views), projected) | {"left_out": missed}
-    label = f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate"
-    print(f"{label}: {score_text(result)}")
+    print(
+        f"{mirror_set.name}: stage {stage} ({by}), boards to evaluate: "
+        f"{score_text(result)}"
+    )
     whole = result["back_projection_mm"]
     if whole["corners"]:
         print(
@@ -284,5 +283,8 @@ def _scores(evaluation, projected):
 def _distances(distances):
     if len(distances) == 0:
         return {"mean": None, "rms": None, "corners": 0}
-    rms = float(np.sqrt(np.mean(distances**2)))
-    return {"mean": float(np.mean(distances)), "rms": rms, "corners": len(distances)}
+    return {
+        "mean": float(np.mean(distances)),
+        "rms": float(np.sqrt(np.mean(distances**2))),
+        "corners": len(distances),
+    }

@@ -77,11 +77,10 @@ def _terms(found):
 
 
 def _pupil_fields(pupil):
-    fields = {
+    return {
         name: value if isinstance(value, str) else known(value)
         for name, value in pupil._asdict().items()
-    }
-    return fields | {"moves": pupil.moves, "against": pupil.against or None}
+    } | {"moves": pupil.moves, "against": pupil.against or None}
 
 
 def spline(views, size, unit):
@@ -111,11 +110,13 @@ def table(calibrated, views, size, unit):
 
 def _used(views, found):
     """Which views went into the fit, and why others did not."""
-    left_out = [
-        {"file": views[index].name, "reason": reason}
-        for index, reason in sorted(found.left_out.items())
-    ]
-    return {"used": [views[index].name for index in found.used], "left_out": left_out}
+    return {
+        "used": [views[index].name for index in found.used],
+        "left_out": [
+            {"file": views[index].name, "reason": reason}
+            for index, reason in sorted(found.left_out.items())
+        ],
+    }
 
 
 def _without_wrong(fit):

@@ -59,8 +59,8 @@ class SeenViews(NamedTuple):
     def fields(self):
         """The grids, {grids: [{file, pixels, points, step}]}, and the vote for the size
         of a board, {size: ...}, for JSON."""
-        fields = {"grids": self.grids} if self.grids else {}
-        return fields | ({"size": self.vote.fields()} if self.vote else {})
+        size = {"size": self.vote.fields()} if self.vote else {}
+        return ({"grids": self.grids} if self.grids else {}) | size
 
     def lines(self):
         """Text lines of the grids and of the vote."""
