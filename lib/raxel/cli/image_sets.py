@@ -119,12 +119,12 @@ def _target(target: Chessboard | ActiveGrid) -> str:
             return f"{grid}, size in mm unknown (unit of length: its pixel pitch)"
         width, height = target.monitor_mm
         return "; ".join([f"{grid}, {width:g} x {height:g} mm", *of_pixels(target)])
+    size = f"{target.columns} x {target.rows} interior corners"
+    if target.columns is None:
+        size = "unknown number of corners"
     pitch = f"pitch {target.pitch_mm} mm"
     if target.pitch_mm is None:
         pitch = "pitch unknown (unit of length: the pitch)"
-    size = "unknown number of corners"
-    if target.columns is not None:
-        size = f"{target.columns} x {target.rows} interior corners"
     if isinstance(target, Charuco):
         return (
             f"ChArUco board, {size}, {pitch}, markers {target.dictionary}, "
@@ -159,19 +159,17 @@ def _code(patterns: Sequence[Pattern], monitor_px: tuple[int, int]) -> str:
     first = patterns[0]
     size = monitor_px["xy".index(first.axis)]
     if first.periods is None:
-        bits = len({pattern.bit for pattern in patterns})
         inverses = sum(pattern.inverse for pattern in patterns)
         width = cell_width(first, monitor_px)
         count = min(math.ceil(size / width - 1e-9), 2**first.of)
         return (
-            f"{first.axis} gray {bits} of {first.of} bits"
+            f"{first.axis} gray {len({p.bit for p in patterns})} of {first.of} bits"
             f"{f' and {inverses} inverses' if inverses else ''} "
             f"({count} cells of {width:g} px)"
         )
-    steps = len({pattern.step for pattern in patterns})
     offset = f", offset {first.offset:g}" if first.offset else ""
     return (
-        f"{first.axis} phase {steps} of {first.of} steps "
+        f"{first.axis} phase {len({p.step for p in patterns})} of {first.of} steps "
         f"({first.periods:.4g} periods of {size / first.periods:.4g} px{offset})"
     )
 
@@ -194,14 +192,13 @@ def corners(options: SimpleNamespace, say: Say) -> None:
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
     if vote:
         print(f"{image_set.name}: {vote.line()}")
-    for board in boards:
-        detection = board.detection
+    for view, detection, _ in boards:
         if not detection.found:
-            print(f"  {board.view.label}: {detection.reason}")
+            print(f"  {view.label}: {detection.reason}")
         elif detection.missing:
             print(
-                f"  {board.view.label}: {detection.missing} of "
-                f"{len(detection.corners)} corners are missing"
+                f"  {view.label}: {detection.missing} of {len(detection.corners)} "
+                "corners are missing"
             )
     if not found:
         raise InputError(

@@ -21,6 +21,7 @@ from raxel.cli.outputs import check_written
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
+from raxel.features.grids import has_points, read_grid
 from raxel.io.files import check_can_be_written, replacing
 from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.multiview.views import (
@@ -49,8 +50,6 @@ Undistortion = tuple[Callable[[np.ndarray], np.ndarray], float, str, str]
 def undistort(options: SimpleNamespace, say: Say) -> None:
     """Write the images of a set as a pinhole at the camera's centre would see them, or
     mapped onto the plane of an active grid."""
-    from raxel.features.grids import has_points
-
     out = Path(options.out)
     image_set = load_set(options.set)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
@@ -96,8 +95,6 @@ def _by_camera(path: str, image_set: ImageSet) -> Undistortion:
 
 
 def _by_grid(path: str, image_set: ImageSet) -> Undistortion:
-    from raxel.features.grids import read_grid
-
     shape = image_set.height, image_set.width
     location, sigma, mask = read_grid(path, (*shape, 2))
     try:
@@ -185,13 +182,12 @@ def _write_png(path: Path, image: np.ndarray) -> None:
 
 def render(options: SimpleNamespace, say: Say) -> None:
     """Render the image set or the mirror set of a rig file."""
+    from raxel.lab import load_rig, render_set
     from raxel.lab.mirror_set_rig import (
         is_mirror_set_rig,
         load_mirror_set_rig,
         render_mirror_set,
     )
-    from raxel.lab.rig import load_rig
-    from raxel.lab.set_rendering import render_set
 
     if is_mirror_set_rig(options.rig):
         made = render_mirror_set(

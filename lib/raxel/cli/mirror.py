@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from raxel.calibration import board_views, calibrate_mirror
 from raxel.calibration.mirror.images import mirror_views
-from raxel.calibration.mirror.stages import calibrate_mirror
-from raxel.calibration.views.boards import board_views
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.cli.findings import of_left_out, reported

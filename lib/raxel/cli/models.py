@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.generic.cgsp import calibrate_cgsp
-from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.parametric.lens_formula import (
-    BoardTest,
+from raxel.calibration import (
+    calibrate_cgsp,
+    calibrate_generic,
     calibrate_lens,
-    calibrate_pinhole,
+    calibrate_spline,
 )
-from raxel.calibration.smooth.boards import calibrate_spline
+from raxel.calibration.parametric.lens_formula import BoardTest, calibrate_pinhole
 from raxel.cameras.core.base import Camera
 from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.diagnoses import known

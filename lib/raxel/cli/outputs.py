@@ -3,7 +3,7 @@
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,14 +12,13 @@ from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report
-from raxel.sets.mirror_set import MirrorSet
-from raxel.sets.model import ImageSet
+from raxel.sets import ImageSet, MirrorSet
 
 
 def check_outputs(
     options: SimpleNamespace,
     source: ImageSet | MirrorSet,
-    cameras: Iterable[str] = (),
+    cameras: Sequence[str] = (),
     read: Iterable[str | None] = (),
 ) -> None:
     """Raise InputError unless the results of a command on a set can be written.
@@ -30,18 +29,21 @@ def check_outputs(
         Options of the command, with `json` and possibly `report`.
     source : ImageSet or MirrorSet
         The set.
-    cameras : iterable of str
+    cameras : sequence of str
         Files of cameras that the command writes.
     read : iterable of str or None
         Files that the command reads in addition to those of the set.
     """
-    cameras, written = list(cameras), [*cameras, *filter(None, [options.json])]
+    written = [*cameras, *filter(None, [options.json])]
     for path in written:
         check_can_be_written(path)
     if len({Path(path).resolve() for path in written}) < len(written):
-        same = "--json and --out name the same file; give two names"
-        other = "--json names the file of another result; give another name"
-        raise InputError(f"{options.json}: {other if cameras[1:] else same}")
+        raise InputError(
+            f"{options.json}: --json names the file of another result; give another "
+            "name"
+            if cameras[1:]
+            else f"{options.json}: --json and --out name the same file; give two names"
+        )
     inputs: list[str | Path] = [source.description, *filter(None, read)]
     if isinstance(source, MirrorSet) and isinstance(source.viewer, Path):
         inputs.append(source.viewer)

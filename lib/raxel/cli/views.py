@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.boards import board_views
+from raxel.calibration import board_views, dense_view
 from raxel.calibration.views.correspondence import near_copies
-from raxel.calibration.views.dense import dense_view
 from raxel.cli.findings import listed, of_handedness
 from raxel.cli.image_sets import boards_for
 from raxel.errors import CalibrationError, InputError
