@@ -1,5 +1,6 @@
 """A drawing in pixel coordinates of an image, independent of its displayed size."""
 
+import cv2
 import numpy as np
 
 WIDTH = 960  # of a drawing, px
@@ -21,8 +22,6 @@ class Canvas:
     def __init__(self, width, height, image=None, paleness=0.0):
         """image: (height, width) uint8, or None for white; paleness: from 0, unchanged,
         to 1, white."""
-        import cv2
-
         self.scale = min(WIDTH / width, MAX_SCALE)
         size = round(width * self.scale), max(1, round(height * self.scale))
         if image is None:
@@ -39,8 +38,6 @@ class Canvas:
 
     def line(self, points, colour, thickness=1):
         """Draw a line through points (N, 2), with gaps at NaN."""
-        import cv2
-
         points = self.place(points)
         whole = np.isfinite(points).all(axis=1)
         for k in np.flatnonzero(whole[:-1] & whole[1:]):
@@ -49,8 +46,6 @@ class Canvas:
 
     def ring(self, point, colour, radius=4, thickness=1):
         """Draw a ring around a point; radius: px of the drawing."""
-        import cv2
-
         cv2.circle(
             self.image, _fixed(self.place(point)), radius << FRACTION, colour,
             thickness, cv2.LINE_AA, FRACTION,
@@ -64,8 +59,6 @@ class Canvas:
 
     def arrow(self, point, vector, colour, thickness=1):
         """Draw an arrow from a point along a vector, both in pixels of the image."""
-        import cv2
-
         start, end = self.place(point), self.place(np.add(point, vector))
         length = np.linalg.norm(end - start)
         tip = min(0.35, 6 / max(length, 1e-9)) if length else 0
@@ -76,8 +69,6 @@ class Canvas:
 
     def text(self, point, text, colour=INK, size=0.4):
         """Draw text next to a point, on a white patch."""
-        import cv2
-
         x, y = np.rint(self.place(point)).astype(int) + [6, -6]
         (wide, high), under = cv2.getTextSize(text, FONT, size, 1)
         low, high = (x - 1, y - high - 1), (x + wide, y + under - 2)
@@ -90,8 +81,6 @@ class Canvas:
         mark: a colour, shown as a square, or the length in px of an arrow. Entries that
         do not fit in a strip continue on another one.
         """
-        import cv2
-
         h, w = self.image.shape[:2]
         cv2.rectangle(self.image, (0, 0), (w - 1, h - 1), QUIET, 1)
         strips, x = [], w
@@ -119,14 +108,10 @@ class Canvas:
 
 def encoded(image, suffix):
     """The bytes of an image as a file of this suffix, .png or .jpg."""
-    import cv2
-
     return cv2.imencode(suffix, image)[1].tobytes()
 
 
 def _write(image, place, text, colour, size):
-    import cv2
-
     cv2.putText(image, text, _plain(place), FONT, size, colour, 1, cv2.LINE_AA)
 
 

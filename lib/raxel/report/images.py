@@ -5,6 +5,7 @@ Figures of active grids: all patterns on one sheet, and the decoded positions.
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.evaluation.coverage import board_counts
@@ -114,8 +115,6 @@ def grid_figure(image, view):
     Red increases along x and green along y of the grid, from the smallest value to the
     largest. Dots are the pixels to which models and poses are fitted.
     """
-    import cv2
-
     location = view.location
     seen = np.isfinite(location[..., 0])
     low, high = (f(location[seen], axis=0) for f in (np.min, np.max))
@@ -127,12 +126,16 @@ def grid_figure(image, view):
     tint = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
     weight = cv2.resize(seen.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     weight = TINT * weight[..., None]
-    canvas.image = np.rint((1 - weight) * canvas.image + weight * tint)
-    canvas.image = canvas.image.astype(np.uint8)
+    blended = np.rint((1 - weight) * canvas.image + weight * tint)
+    canvas.image = blended.astype(np.uint8)
     for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
         canvas.ring(point, PAPER, 1, -1)
-    words = f"{view.area()} pixels with a point"
-    return canvas.with_legend([((60, 150, 60), words), (PAPER, "fitted and scored")])
+    return canvas.with_legend(
+        [
+            ((60, 150, 60), f"{view.area()} pixels with a point"),
+            (PAPER, "fitted and scored"),
+        ]
+    )
 
 
 def residual_figure(image, pixels, residuals, scale):
@@ -168,20 +171,12 @@ def coverage_figure(views, width, height, mask=None):
     views: BoardViews, whose corners are marked, or DenseViews; mask: (height, width)
     bool, True where a table has a ray; None for a camera with rays everywhere.
     """
-    import cv2
-
     canvas = Canvas(width, height)
     size = canvas.image.shape[1::-1]
     counts = np.minimum(board_counts(views, width, height), len(BOARDS))
     counts = cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST)
-    palette = np.array([PAPER, *BOARDS], np.uint8)
-    canvas.image = palette[counts]
-    legend = [
-        (colour, words)
-        for colour, words in zip(
-            BOARDS, ("1 view", "2 views", "3 and more"), strict=True
-        )
-    ]
+    canvas.image = np.array([PAPER, *BOARDS], np.uint8)[counts]
+    legend = list(zip(BOARDS, ("1 view", "2 views", "3 and more"), strict=True))
     if mask is not None:
         seen = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
         edges, _ = cv2.findContours(seen, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
@@ -228,8 +223,6 @@ def pattern_sheet(patterns, monitor_px):
 
     patterns: `raxel.sets.Pattern`; monitor_px: (width, height).
     """
-    import cv2
-
     width, height = monitor_px
     size = THUMBNAIL, max(1, round(THUMBNAIL * height / width))
     rows = {}
@@ -238,12 +231,11 @@ def pattern_sheet(patterns, monitor_px):
         small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         row = rows.setdefault((pattern.kind, pattern.axis), [])
         row.append((small, _label(pattern)))
-    levels = [(np.full(size[::-1], grey, np.uint8), n) for grey, n in LEVELS]
-    rows = [*rows.values(), levels]
+    rows["levels"] = [(np.full_like(small, grey), name) for grey, name in LEVELS]
     step = size[0] + GAP, size[1] + LABEL + GAP
-    most = max(map(len, rows))
+    most = max(map(len, rows.values()))
     sheet = np.full((GAP + len(rows) * step[1], GAP + most * step[0], 3), 200, np.uint8)
-    for i, row in enumerate(rows):
+    for i, row in enumerate(rows.values()):
         for k, (image, label) in enumerate(row):
             y, x = GAP + i * step[1], GAP + k * step[0]
             sheet[y : y + size[1], x : x + size[0]] = image[..., None]
@@ -273,8 +265,6 @@ def decoded_picture(decoded, image, extent):
 
 
 def _places(decoded, image, extent):
-    import cv2
-
     height, width = image.shape
     canvas = Canvas(width, height, image, PALENESS)
     counts = np.bincount(decoded.status.ravel(), minlength=len(REASONS))
@@ -324,8 +314,6 @@ def level_lines(place, step):
 
 def _deviations(decoded, image):
     """The standard deviation, root mean square of the axes, in colours."""
-    import cv2
-
     height, width = image.shape
     canvas = Canvas(width, height)
     sigma = decoded.sigma[..., np.isfinite(decoded.sigma).any(axis=(0, 1))]
@@ -340,13 +328,11 @@ def _deviations(decoded, image):
     size = canvas.image.shape[1::-1]
     canvas.image = cv2.resize(colour, size, interpolation=cv2.INTER_AREA)
     unit, nowhere = decoded.unit, ((235, 235, 235), "no location")
-    if high < 1.01 * low:
-        return canvas.with_legend(
-            [(CERTAIN, f"standard deviation {low:.3g} {unit}"), nowhere]
-        )
-    ends = (
-        (CERTAIN, f"{low:.3g} {unit} or less"),
-        (UNCERTAIN, f"{high:.3g} {unit} or more"),
-    )
-    (mark, words), last = ends
-    return canvas.with_legend([(mark, f"standard deviation {words}"), last, nowhere])
+    legend = [(CERTAIN, f"standard deviation {low:.3g} {unit}"), nowhere]
+    if high >= 1.01 * low:
+        legend = [
+            (CERTAIN, f"standard deviation {low:.3g} {unit} or less"),
+            (UNCERTAIN, f"{high:.3g} {unit} or more"),
+            nowhere,
+        ]
+    return canvas.with_legend(legend)

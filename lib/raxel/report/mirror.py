@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.calibration.mirror.clamp import plane_through
@@ -128,8 +129,7 @@ def _draw_knots(canvas, camera, corners):
     for i, x in enumerate(middles[0]):
         for j, y in enumerate(middles[1]):
             (pixel,) = _pixels(camera, np.array([[x, y]]))
-            colour = INK if cells[i, j] else MISSING
-            canvas.text(pixel, f"{cells[i, j]}", colour, 0.5)
+            canvas.text(pixel, f"{cells[i, j]}", INK if cells[i, j] else MISSING, 0.5)
 
 
 def _pixels(camera, uv):
@@ -140,8 +140,6 @@ def _pixels(camera, uv):
 
 def _shown_heights(canvas, calibration, stage):
     """Heights (h, w), mm, at the pixels of a canvas; NaN outside the knots."""
-    import cv2
-
     h, w = canvas.image.shape[:2]
     # At the middle of what a height stands for, where `resize` takes it to be.
     x, y = (np.arange(0, n, STEP_PX) + (STEP_PX - 1) / 2 for n in (w, h))
@@ -234,12 +232,10 @@ def write_mirror_report(
         drawn = shape_figure(image, found, stage)
         (folder / _shape_name(stage)).write_bytes(encoded(drawn, ".jpg"))
     along, height = profiles(found)
-    drawn = profile_figure(along, height)
-    (folder / "profiles.png").write_bytes(encoded(drawn, ".png"))
-    before = np.interp(along[:, -1], along[0], height[0])
-    moved = height[:, -1] - before
-    text = _page(mirror_set, result, views, moved)
-    (folder / PAGE).write_text(text, "utf-8")
+    drawn = encoded(profile_figure(along, height), ".png")
+    (folder / "profiles.png").write_bytes(drawn)
+    moved = height[:, -1] - np.interp(along[:, -1], along[0], height[0])
+    (folder / PAGE).write_text(_page(mirror_set, result, views, moved), "utf-8")
 
 
 def _counted(camera, pixels):
@@ -292,8 +288,7 @@ def _stage(stage, about, views):
     parts = [f"<h2>Stage {stage}</h2>"]
     if stage:
         support = about["support"]
-        counts = ", ".join(map(str, support["along_u"]))
-        across = ", ".join(map(str, support["along_v"]))
+        counts, across = (", ".join(map(str, support[f"along_{k}"])) for k in "uv")
         parts.append(
             f"<p>From {escape(about['before'])} to {escape(about['after'])}. Corners "
             f"per knot interval: {counts} along the mirror, {across} across it."
@@ -305,18 +300,16 @@ def _stage(stage, about, views):
             "<p>The first shape is determined by the monitor, not by the corners that "
             "the figure counts.</p>"
         )
-    parts.append(
-        figure(
-            _shape_name(stage),
-            "Contour lines of the height over the plane of the first shape, knots, and "
-            "corners per knot interval. No corner constrains the shape where it is 0.",
-        )
+    shape = figure(
+        _shape_name(stage),
+        "Contour lines of the height over the plane of the first shape, knots, and "
+        "corners per knot interval. No corner constrains the shape where it is 0.",
     )
-    for view in views:
-        parts.append(
-            figure(view.residuals, f"Residuals of {view.name}, same scale for all.")
-        )
-    return parts
+    residuals = (
+        figure(view.residuals, f"Residuals of {view.name}, same scale for all.")
+        for view in views
+    )
+    return [*parts, shape, *residuals]
 
 
 def _shape_name(stage):

@@ -248,12 +248,11 @@ def page(
 
 def document(title, parts):
     """The whole file of a page; title and parts (list of text) are HTML."""
-    body = "\n".join(parts)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'{MARK}\n<meta name="viewport" content="width=device-width">\n'
-        f"<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n"
-        "</body>\n</html>\n"
+        f"<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join([*parts, "</body>\n</html>\n"])
     )
 
 
@@ -267,8 +266,10 @@ def _rows(image_set, result, words):
     yield from camera_lines(result, words)
     yield from summary(result, words, MIN_N_BOARDS)
     if counts := result["wrong_points_of"]:
-        names = ", ".join(f"{name}: {n}" for name, n in counts.items())
-        yield f"excluded {words.point}s", names
+        yield (
+            f"excluded {words.point}s",
+            ", ".join(f"{name}: {n}" for name, n in counts.items()),
+        )
     yield from comparison_lines(result.get("cross_validation", {}), words)
 
 
@@ -300,8 +301,10 @@ def _stability(found, words):
             "them share.</p>"
         ]
     _, worst = line("halves", words, found, {"count": len(found["divisions"])})
-    limits = {"factor": MAX_FACTOR, "factor_px": MAX_FACTOR_PX, "times": MIN_RATIO}
-    limits |= {
+    limits = {
+        "factor": MAX_FACTOR,
+        "factor_px": MAX_FACTOR_PX,
+        "times": MIN_RATIO,
         "least_px": MIN_DIFFERENCE_PX,
         "p_threshold": P_THRESHOLD,
         "found": found,
@@ -321,34 +324,36 @@ def _stability(found, words):
 def _divisions(divisions):
     heads = "Divided by", "Difference (px)", "From scatter (px)", "Allowed (px)", "p"
     keys = "disagreement_px", "scatter_px", "allowed_px"
-    rows = []
-    for each in divisions:
-        cells = [number(each[key], ".2f") for key in keys]
-        cells.append(number(each["p_value"], ".2g"))
-        rows.append(f"<td>{escape(each['divided_by'])}</td>{numbers(cells)}")
+    forms = dict.fromkeys(keys, ".2f") | {"p_value": ".2g"}
+    rows = (
+        f"<td>{escape(each['divided_by'])}</td>"
+        + numbers(number(each[key], form) for key, form in forms.items())
+        for each in divisions
+    )
     return table(heads, rows, "divisions")
 
 
 def _row(image):
     name, score = escape(image.name), image.score
     if score is None:
-        reason = escape(image.reason or "not found")
-        return f'<td>{name}</td><td colspan="5">{reason}</td>'
+        return (
+            f'<td>{name}</td><td colspan="5">{escape(image.reason or "not found")}</td>'
+        )
     cells = [score.n_corners, score.n_without_ray]
     cells += [number(getattr(score, key), form) for key, form in FORMATS.items()]
     return f"<td>{name}</td>{numbers(cells)}"
 
 
 def _figures(image, words):
-    name = escape(image.name)
     note = f" {image.reason}." if image.reason else ""
     positions, residuals = CAPTIONS[words.target]
-    scale = f"same scale for all {words.target}s"
     return "\n".join(
         [
-            f"<h3>{name}</h3>",
+            f"<h3>{escape(image.name)}</h3>",
             figure(image.detected, f"{positions}{note}"),
-            figure(image.residuals, f"{residuals}, {scale}."),
+            figure(
+                image.residuals, f"{residuals}, same scale for all {words.target}s."
+            ),
         ]
     )
 

@@ -68,8 +68,8 @@ def write_report(
         np.concatenate([score.residuals_px for score in evaluation.images]),
         image_set.width,
     )
-    scored = iter(zip(views, evaluation.images, strict=True))
-    images = []
+    pairs = list(zip(views, evaluation.images, strict=True))
+    scored, images = iter(pairs), []
     for number, (taken, found, reason) in enumerate(entries, 1):
         if not found:
             images.append(ReportImage(taken.label, None, None, None, reason))
@@ -87,20 +87,18 @@ def write_report(
             (folder / name).write_bytes(encoded(drawing, ".jpg"))
         images.append(ReportImage(view.name, score, *names, score.reason))
     size = image_set.width, image_set.height
-    at = [_arrows(*pair) for pair in zip(views, evaluation.images, strict=True)]
-    camera = fitted.camera
-    mask = camera.mask if camera.kind == "general" else None
+    mask = fitted.camera.mask if fitted.camera.kind == "general" else None
     drawn = {
-        "residuals.png": pooled_figure(*size, at, scale),
+        "residuals.png": pooled_figure(*size, [_arrows(*p) for p in pairs], scale),
         "coverage.png": coverage_figure(views, *size, mask),
     }
     if stability is not None:
-        worst = stability.divisions[0]
-        drawn["stability.png"] = disagreement_figure(*size, stability.pixels, worst)
+        drawn["stability.png"] = disagreement_figure(
+            *size, stability.pixels, stability.divisions[0]
+        )
     for name, drawing in drawn.items():
         (folder / name).write_bytes(encoded(drawing, ".png"))
-    text = page(image_set, result, images)
-    (folder / PAGE).write_text(text, "utf-8")
+    (folder / PAGE).write_text(page(image_set, result, images), "utf-8")
 
 
 def _arrows(view, score):
@@ -109,8 +107,8 @@ def _arrows(view, score):
     of_view = view.pixels, score.residuals_px
     if not view.every_pixel:
         return of_view
-    lattices = (array.reshape(view.rows, view.columns, 2) for array in of_view)
-    return [lattice[1::2, 1::2].reshape(-1, 2) for lattice in lattices]
+    shape = view.rows, view.columns, 2
+    return [array.reshape(shape)[1::2, 1::2].reshape(-1, 2) for array in of_view]
 
 
 def _predicted(fitted, view, score):
