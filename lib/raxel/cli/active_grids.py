@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from raxel.cli.findings import of_handedness, of_swapped_sides, print_warnings
+from raxel.cli.findings import of_handedness, of_swapped_sides
 from raxel.cli.outputs import new_folder
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
@@ -125,7 +125,8 @@ def decode(options: SimpleNamespace, say: Say) -> None:
     for summary in summaries:
         print(_line(summary))
     print(f"points, sigma and mask of each view in {on_one_line(options.out)}")
-    print_warnings([on_one_line(text) for text in warnings])
+    for text in warnings:
+        print(f"warning: {on_one_line(text)}")
 
 
 def _write(folder: Path, label: str, found: DecodedView, target: Any) -> None:

@@ -23,14 +23,9 @@ NOT_SQUARE_TOL = 0.05  # of a side: pixels of monitors are square to far less
 
 def reported(warnings):
     """Print the warnings; return them for JSON: texts, codes, parts and values."""
-    print_warnings(warnings)
-    return {"warnings": warnings, "diagnoses": [each.fields() for each in warnings]}
-
-
-def print_warnings(warnings):
-    """Print each on a line of its own to standard output."""
     for text in warnings:
         print(f"warning: {text}")
+    return {"warnings": warnings, "diagnoses": [each.fields() for each in warnings]}
 
 
 def of_handedness(mirrored):

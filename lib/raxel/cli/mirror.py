@@ -11,6 +11,7 @@ from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.cli.findings import of_left_out, reported
 from raxel.cli.outputs import check_outputs, write_results
+from raxel.cli.views import check_options
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.comparison import back_projection, predicted_errors, viewers_aside
 from raxel.evaluation.cross_validation import evaluate_camera
@@ -27,8 +28,6 @@ from raxel.io.files import write_json
 from raxel.report import write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
-# Options of `raxel calibrate` that do not apply to a mirror set.
-BOARD_OPTIONS = "corners", "points", "detector"
 STAGE_OF_NAME = re.compile(r"-(\d{1,4})$")
 N_SAMPLES = 21  # along each side of a mirror, at which the errors of rays are predicted
 
@@ -41,7 +40,7 @@ def calibrate_mirror_set(options, say):
             f"--model: found {options.model}, but {mirror_set.description} is a mirror "
             "set (spline model); leave --model out"
         )
-    check_no_options(options, mirror_set, BOARD_OPTIONS)
+    check_options(mirror_set, options)
     outputs = stage_files(options.out, len(mirror_set.steps) + 1)
     check_outputs(options, mirror_set, [options.out, *outputs])
     views = mirror_views(mirror_set, say)
@@ -69,14 +68,6 @@ def stage_files(out, count):
     """mirror-0.npz, mirror-1.npz, ... next to mirror.npz: the cameras of the stages."""
     path = Path(out)
     return [str(path.with_name(f"{path.stem}-{k}{path.suffix}")) for k in range(count)]
-
-
-def check_no_options(options, mirror_set, names):
-    """Raise InputError for options that do not apply to a mirror set."""
-    for option in (name for name in names if getattr(options, name, None)):
-        raise InputError(
-            f"--{option}: not for a mirror set ({mirror_set.description}); leave it out"
-        )
 
 
 def _result(mirror_set, views, found, outputs, errors, with_viewer):
@@ -198,7 +189,7 @@ def _spread_over(camera):
 def evaluate_mirror_set(options, say):
     """Score a camera of one stage on the boards of `evaluate` of that stage's step."""
     mirror_set = load_mirror_set(options.set)
-    check_no_options(options, mirror_set, (*BOARD_OPTIONS, "board"))
+    check_options(mirror_set, options)
     check_outputs(options, mirror_set, read=[options.camera])
     camera = load_camera(options.camera)
     check_size(options.camera, camera, mirror_set.stages)

@@ -12,8 +12,11 @@ from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
 from raxel.features.boards import SizeVote
 from raxel.features.grids import decode_grids, read_grids
-from raxel.sets import ActiveGrid, View
+from raxel.sets import ActiveGrid, MirrorSet, View
 from raxel.sets.model import words_of
+
+# Options that do not apply to a mirror set.
+BOARD_OPTIONS = "corners", "points", "detector", "board"
 
 
 class Entry(NamedTuple):
@@ -80,16 +83,18 @@ class SeenViews(NamedTuple):
             yield "grids are mirrored: their y axis is inverted"
 
 
-def check_options(image_set, options):
-    """Raise InputError for options of another kind of target."""
-    if isinstance(image_set.target, ActiveGrid):
-        wrong, target, right = ("corners", "detector"), "an active grid", "--points"
+def check_options(source, options):
+    """Raise InputError for options that do not apply to an ImageSet or MirrorSet."""
+    if isinstance(source, MirrorSet):
+        wrong, target, other = BOARD_OPTIONS, "a mirror set", ""
+    elif isinstance(source.target, ActiveGrid):
+        wrong, target = ("corners", "detector"), "an active grid"
+        other = ", or use --points"
     else:
-        wrong, target, right = ("points",), "a chessboard", "--corners"
-    for option in filter(lambda name: getattr(options, name), wrong):
+        wrong, target, other = ("points",), "a chessboard", ", or use --corners"
+    for option in (name for name in wrong if getattr(options, name, None)):
         raise InputError(
-            f"--{option}: not for {target} ({image_set.description}); leave it out, or "
-            f"use {right}"
+            f"--{option}: not for {target} ({source.description}); leave it out{other}"
         )
 
 

@@ -367,10 +367,8 @@ def diagnosis(code: str, words: Words = BOARDS, /, **values: Any) -> Diagnosis:
 
 def line(code: str, words: Words, *values: dict[str, Any]) -> tuple[str, str]:
     """Return (label, text) of a code in SUMMARY; values: dicts, the last one counts."""
-    known_values = words._asdict()
-    for each in values:
-        known_values |= each
-    label, text = (TEXT.format(part, **known_values) for part in SUMMARY[code])
+    fields = {k: v for each in (words._asdict(), *values) for k, v in each.items()}
+    label, text = (TEXT.format(part, **fields) for part in SUMMARY[code])
     return label, text
 
 
