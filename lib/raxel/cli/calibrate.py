@@ -56,8 +56,8 @@ def calibrate(options, say):
     drawn = image_set, seen.entries, seen.views, fitted, evaluation, result, halves
     write_results(
         options,
-        {options.out: fitted.camera},
         result,
+        {options.out: fitted.camera},
         lambda folder: write_report(folder, *drawn),
     )
 

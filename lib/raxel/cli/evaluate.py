@@ -7,14 +7,14 @@ import numpy as np
 from raxel.calibration.views.correspondence import TERMS, BoardShape
 from raxel.cameras.registry import load_camera
 from raxel.cli import findings
-from raxel.cli.outputs import check_outputs
+from raxel.cli.outputs import check_outputs, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.evaluation.misfit import misfit
 from raxel.io.documents import shown, validate
-from raxel.io.files import read_json, write_json
+from raxel.io.files import read_json
 from raxel.sets import load_set
 from raxel.sets.model import words_of
 
@@ -73,8 +73,7 @@ def evaluate(options, say):
     for text in (*lines, score_text(result, words)):
         print(f"{image_set.name}: {text}")
     result |= findings.reported(warnings)
-    if options.json:
-        write_json(options.json, result)
+    write_results(options, result)
 
 
 def check_size(path, camera, image_set):

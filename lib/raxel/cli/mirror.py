@@ -24,7 +24,6 @@ from raxel.evaluation.diagnoses import (
     stage_lines,
 )
 from raxel.features.boards import detect_boards
-from raxel.io.files import write_json
 from raxel.report import write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
@@ -58,8 +57,8 @@ def calibrate_mirror_set(options, say):
     names, cameras = [*outputs, options.out], [*found.cameras, found.cameras[-1]]
     write_results(
         options,
-        dict(zip(names, cameras, strict=True)),
         result,
+        dict(zip(names, cameras, strict=True)),
         lambda folder: write_mirror_report(folder, mirror_set, found, result),
     )
 
@@ -215,8 +214,7 @@ def evaluate_mirror_set(options, say):
         if one.reason
     ]
     result |= reported(of_left_out(missed) + unposed)
-    if options.json:
-        write_json(options.json, result)
+    write_results(options, result)
 
 
 def _stage_to_score(options, mirror_set):

@@ -56,19 +56,19 @@ def check_outputs(
 
 def write_results(
     options: SimpleNamespace,
-    cameras: dict[str, Camera],
     result: dict[str, Any],
-    draw: Callable[[Path], None],
+    cameras: dict[str, Camera] | None = None,
+    draw: Callable[[Path], None] | None = None,
 ) -> None:
-    """Write cameras by file name, --json and --report: all or none.
+    """Write --json, cameras by file name and --report: all or none.
 
     `draw` writes the report into a folder. This takes its place after the other files.
     """
-    report = new_report(options.report) if options.report else contextlib.nullcontext()
-    with report as folder, together() as place:
-        if folder:
-            draw(folder)
-        for path, camera in cameras.items():
+    with contextlib.ExitStack() as stack:
+        if draw and options.report:
+            draw(stack.enter_context(new_report(options.report)))
+        place = stack.enter_context(together())
+        for path, camera in (cameras or {}).items():
             camera.save(place(path))
         if options.json:
             write_json(place(options.json), result)
