@@ -197,7 +197,7 @@ def test_calibrate_auto_reports_why_generic_is_impossible(tmp_path, capsys):
     assert "generic: not possible: " in capsys.readouterr().out
     result = json.loads(path.read_text())
     assert result["model"] != "generic"
-    assert "with: 2" in result["cross_validation"]["generic"]["refused"]
+    assert "found 2 boards" in result["cross_validation"]["generic"]["refused"]
 
 
 @pytest.mark.parametrize("model", ["zhang", "generic"])

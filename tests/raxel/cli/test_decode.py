@@ -31,8 +31,8 @@ def test_decode_rejects_exchanged_images(tmp_path, capsys, folder):
     first.write_bytes(second.read_bytes())
     second.write_bytes(aside)
     line = error_line(capsys, "decode", folder, "--out", tmp_path / "points")
-    assert "set.yaml: views: pose: the phase steps along x" in line
-    assert "not in order" in line
+    assert "set.yaml: views: pose: phase-x-0.png to phase-x-3.png: " in line
+    assert "phase steps along x are not in order" in line
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
@@ -57,7 +57,7 @@ def test_decode_warns_of_brightness_change(tmp_path, capsys, folder):
     out = tmp_path / "points"
     assert main(["decode", str(folder), "--out", str(out)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-1].startswith("warning: pose: gray-x-00.png is 1")
+    assert lines[-1].startswith("warning: pose: gray-x-00.png: 1")
     (warning,) = json.loads((out / "decoded.json").read_text())["warnings"]
     assert lines[-1] == f"warning: {warning}"
 

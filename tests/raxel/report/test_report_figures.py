@@ -128,7 +128,7 @@ def test_profile_end_moves_towards_the_camera_by_its_height(tmp_path, monkeypatc
         views=[SimpleNamespace(stage=0, view=view)], cameras=[None],
         bundle=SimpleNamespace(residuals=[np.ones((1, 2))]),
     )  # fmt: skip
-    stages = SimpleNamespace(views=[SimpleNamespace(label="a", photograph="a")])
+    stages = SimpleNamespace(views=[SimpleNamespace(label="a", main_image="a")])
     for name, value in {
         "read_image": blank[..., 0], "_counted": view.pixels,
         "residual_figure": blank, "shape_figure": blank, "profile_figure": blank,
