@@ -7,7 +7,7 @@ import numpy as np
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import findings
 from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
-from raxel.cli.outputs import check_outputs, write_results
+from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
@@ -25,6 +25,7 @@ FOLDS = 4
 
 def calibrate(options, say):
     """Fit the requested model to the set's views for calibration."""
+    check_writable(options.out, options.json)
     image_set = load_set(options.set)
     check_outputs(options, image_set, [options.out], [options.corners, options.points])
     check_options(image_set, options)

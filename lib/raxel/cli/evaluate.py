@@ -7,7 +7,7 @@ import numpy as np
 from raxel.calibration.views.correspondence import TERMS, BoardShape
 from raxel.cameras.registry import load_camera
 from raxel.cli import findings
-from raxel.cli.outputs import check_outputs, write_results
+from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
@@ -31,6 +31,7 @@ def evaluate(options, say):
     """Score the camera on the set's views for evaluation, or all if none is marked."""
     if options.stage is not None:
         raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
+    check_writable(options.json)
     image_set = load_set(options.set)
     check_outputs(
         options,

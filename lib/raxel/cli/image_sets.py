@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import cast
 
 from raxel.cli.findings import of_pixels
-from raxel.cli.outputs import check_outputs
+from raxel.cli.outputs import check_outputs, check_writable
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features import charuco
@@ -180,6 +180,7 @@ def corners(options: SimpleNamespace, say: Say) -> None:
     Raises InputError if there is no board in any view. The corners of rejected boards
     are then written too, but an existing file is kept.
     """
+    check_writable(options.json)
     image_set = load_set(options.set)
     check_outputs(options, image_set)
     boards, vote = detected(image_set, options, image_set.views, say)

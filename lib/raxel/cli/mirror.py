@@ -10,7 +10,7 @@ from raxel.calibration.mirror.images import mirror_views
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.cli.findings import of_left_out, reported
-from raxel.cli.outputs import check_outputs, write_results
+from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.comparison import back_projection, predicted_errors, viewers_aside
@@ -187,6 +187,7 @@ def _spread_over(camera):
 
 def evaluate_mirror_set(options, say):
     """Score a camera of one stage on the boards of `evaluate` of that stage's step."""
+    check_writable(options.json)
     mirror_set = load_mirror_set(options.set)
     check_options(mirror_set, options)
     check_outputs(options, mirror_set, read=[options.camera])

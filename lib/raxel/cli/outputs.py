@@ -15,6 +15,12 @@ from raxel.report import check_report, new_report
 from raxel.sets import ImageSet, MirrorSet
 
 
+def check_writable(*paths: str | None) -> None:
+    """Raise InputError unless files can be written at all paths that are given."""
+    for path in filter(None, paths):
+        check_can_be_written(path)
+
+
 def check_outputs(
     options: SimpleNamespace,
     source: ImageSet | MirrorSet,
@@ -35,8 +41,7 @@ def check_outputs(
         Files that the command reads in addition to those of the set.
     """
     written = [*cameras, *filter(None, [options.json])]
-    for path in written:
-        check_can_be_written(path)
+    check_writable(*written)
     if len({Path(path).resolve() for path in written}) < len(written):
         raise InputError(
             f"{options.json}: --json names the file of another result; give another "
