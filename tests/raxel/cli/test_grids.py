@@ -146,7 +146,7 @@ def test_undecoded_views_are_excluded_and_reported(copied, tmp_path, capsys):
     assert (
         "grid decoded in 1 of 3 views, --model auto requires 3 (pose-001: " in message
     )
-    assert "check exposure and order of the pictures" in message
+    assert "check exposure and order of the images" in message
     assert not out.exists()
 
 
@@ -227,7 +227,7 @@ def test_options_for_other_target_are_rejected(rendered, tmp_path, capsys):
     assert "--points: not for a chessboard (" in message
     assert message.endswith("; leave it out, or use --corners")
     message = error_line(capsys, "corners", rendered[0])
-    assert "raxel decode finds the points of an active grid" in message
+    assert "use raxel decode for active grids" in message
 
 
 def test_readme_commands_are_valid_and_consistent():
