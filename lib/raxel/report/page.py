@@ -240,7 +240,7 @@ def page(
             f"{words.target}, a parametric model extrapolates and a table has no rays.",
         ),
         "<h2>Images</h2>",
-        table(("Image", f"{words.point}s", *HEADS), map(_row, images)),
+        table(("Image", f"{words.point}s".capitalize(), *HEADS), map(_row, images)),
         *(_figures(p, words) for p in images if p.score is not None),
     ]
     return document(title, parts)
