@@ -155,7 +155,7 @@ def test_jpeg_keeps_colours_and_smooths_noise(tmp_path):
     one, two = (s.expose(colour, rng(1), colour=True) for s in (noisy, saved))
     np.testing.assert_allclose(two.mean(axis=(0, 1)), one.mean(axis=(0, 1)), atol=1.5)
     assert (two.std(axis=(0, 1)) < one.std(axis=(0, 1))).all()
-    with pytest.raises(InputError, match="field 'jpeg': found 300"):
+    with pytest.raises(InputError, match="field 'jpeg': value is 300"):
         Sensor(900.0, 1000.0, jpeg=300)
 
 

@@ -121,7 +121,7 @@ ABSURD = {
     ),
     "coefficient beyond all": (
         {"camera__focal_px": leaf(1e101, "px")},
-        r"camera.focal_px: holds values that are not finite, or beyond 1e\+100",
+        r"camera.focal_px: values not finite, or beyond 1e\+100",
     ),
     "nested": ({"camera": deep(120)}, "nested too deeply"),
     "mirrors": (

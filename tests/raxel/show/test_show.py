@@ -229,7 +229,7 @@ def test_page_is_self_contained():
 
 @draws
 def test_oversized_page_is_rejected(monkeypatch):
-    monkeypatch.setattr(sys.modules[page.__name__], "LARGEST_BYTES", 1000)
+    monkeypatch.setattr(sys.modules[page.__name__], "MAX_PAGE_BYTES", 1000)
     with pytest.raises(SceneError, match=r"scene of \d+ bytes, 1000 at most"):
         html(small_scene(), "T")
 
@@ -250,7 +250,7 @@ def test_oversized_page_is_rejected(monkeypatch):
         (lambda: framed([]), "no part has a finite point"),
         (
             lambda: Scene([Points([[0, 0, 0]], "k")], (0, -5, 1), (0, 0, 1)),
-            "lie on one line",
+            "are collinear",
         ),
         (
             lambda: Scene([Points([[0, 0, 0]], "k")], (0, np.nan, 1), (0, 0, 1)),

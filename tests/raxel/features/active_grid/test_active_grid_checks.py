@@ -171,7 +171,7 @@ X_1_AND_Y_1 = [("gray-x-01", "gray-y-01"), ("gray-x-01-inverse", "gray-y-01-inve
         (4, EVERY_X, "code-leaps", "gray-x-02-inverse.png"),
         (4, [("phase-y-0", "phase-y-1")], "step-order", "along y"),
         (6, [("phase-y-0", "phase-y-1")], "step-order", "along y"),
-        (4, [("phase-x-1", "phase-x-3")], "reversed", "along x"),
+        (4, [("phase-x-1", "phase-x-3")], "reversed", "axis x"),
         (6, [("phase-x-1", "phase-x-3")], "step-order", "along x"),
         (4, OTHER_AXIS, "period", "phase-x-0.png to phase-x-3.png"),
         (6, OTHER_AXIS, "not-a-step", "along x"),

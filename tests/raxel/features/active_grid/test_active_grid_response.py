@@ -252,7 +252,7 @@ def test_blur_is_not_an_s_curve():
         ),
         SimpleNamespace(steps=range(4), bits=((0, 1),)), Noise(1.0), 1.5,
     )  # fmt: skip
-    due = harmonics.BLUR_KNOWN * (1.5 * slope) ** 2 / 2
+    due = harmonics.BLUR_UNCERTAINTY * (1.5 * slope) ** 2 / 2
     assert found == pytest.approx(due / np.sqrt(2) / (2 * np.pi), rel=0.02)
 
 
