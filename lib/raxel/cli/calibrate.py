@@ -10,6 +10,7 @@ from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
+from raxel.evaluation import json_fields
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.diagnoses import camera_lines, comparison_lines, line, summary
@@ -84,18 +85,18 @@ def _calibrated(image_set, views, asked, say):
     say(f"{model}: fitting {len(views)} {words.target}s")
     fitted = FITS[model](views, size, unit)
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
-    result["camera"] = findings.camera_fields(fitted.camera, views)
+    result["camera"] = json_fields.camera_fields(fitted.camera, views)
     result |= fitted.details | right.whole.fields()
     show(camera_lines(result, words))
     images, used = _used(fitted, right.evaluation.images, right.views)
     found = misfit(images, used)
     result["misfit"] = found.fields()
     result |= right.fields(fitted.details.get("wrong_points", ()))
-    result["board_shape"] = findings.shape_fields(fitted.board, views)
+    result["board_shape"] = json_fields.shape_fields(fitted.board, views)
     warnings += _misfit_warnings(found, asked, model, right, fitted, words)
     if model in TABLES:
         central = _central_test(images, used, size)
-        result["one_centre"] = findings.central_fields(central)
+        result["one_centre"] = json_fields.central_fields(central)
     warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
     whole = _used(fitted, right.whole.images, views)
     corners = board_corners(fitted.camera, *whole, fitted.shape)

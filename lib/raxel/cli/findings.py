@@ -6,11 +6,8 @@ Commands collect their warnings, print them last, and write them into their JSON
 import math
 from collections import Counter
 
-import numpy as np
-
-from raxel.calibration.views.correspondence import BENDS, TERMS, BoardView, near_copies
-from raxel.evaluation.coverage import board_counts, field_of_view
-from raxel.evaluation.diagnoses import DIAGNOSES, diagnosis, known
+from raxel.calibration.views.correspondence import BENDS, TERMS, near_copies
+from raxel.evaluation.diagnoses import DIAGNOSES, diagnosis
 from raxel.evaluation.distortion import MIN_N_BOARDS
 
 MIN_TABLE_SHARE = 1 / 3  # of the image's pixels; less is a small part of a camera
@@ -70,86 +67,6 @@ def listed(names, limit=MAX_NAMES):
     rest = len(names) - limit
     text = ", ".join(names[:limit])
     return f"{text} and {rest} more" if rest > 0 else text
-
-
-def camera_fields(camera, views):
-    """The camera as JSON: its kind and size, its numbers, and what it sees."""
-    size = {"width": camera.width, "height": camera.height}
-    fields = {"kind": camera.kind, **size, **_formula_fields(camera)}
-    if camera.kind == "general":
-        fields |= {"units": camera.units, "centre": camera.origins.tolist()}
-        fields["share_of_image_with_ray"] = camera.share_with_ray
-    angles = field_of_view(camera).items()
-    covered = board_counts(views, **size) > 0
-    return fields | {
-        "field_of_view_deg": {name: known(angle) for name, angle in angles},
-        "share_of_image_under_boards": float(np.mean(covered)),
-    }
-
-
-def _formula_fields(camera):
-    """The parameters of a formula; focal lengths are px per radian near the axis."""
-    if camera.kind == "ray spline":
-        return _formula_fields(camera.trend)
-    if camera.kind == "moving pupil":
-        return _formula_fields(camera.lens) | {
-            "pupil_shift": camera.pupil_shift.tolist()
-        }
-    if camera.kind == "kannala-brandt":
-        focal, centre = camera.k[0] * camera.pixels_per_unit, camera.principal_point
-        terms = {"radial": (camera.k[1:] / camera.k[0]).tolist()}
-    elif camera.kind in ("perspective", "unified sphere"):
-        xi = getattr(camera, "xi", 0.0)
-        focal, centre = np.diag(camera.K)[:2] / (1 + xi), camera.K[:2, 2]
-        terms = {"K": camera.K.tolist(), "radial": camera.radial.tolist()}
-        if camera.kind == "unified sphere":
-            terms["xi"] = xi
-    else:
-        return {}
-    for name in ("tangential", "prism"):
-        if np.any(getattr(camera, name, 0)):
-            terms[name] = getattr(camera, name).tolist()
-    return terms | {"focal_px": focal.tolist(), "principal_point_px": centre.tolist()}
-
-
-def shape_fields(test, views):
-    """A BoardTest, or None, as JSON. Lengths are in the unit of the
-    result; `middle` and `size` are of the area that the corners of the views span."""
-    if test is None:
-        return None
-    shape = test.shape
-    values = {
-        name: {"value": float(value), "sd": float(sd), "used": name in test.used}
-        for name, value, sd in zip(TERMS, shape.values, test.sd, strict=True)
-    }
-    return values | {
-        "corners": corners_of(views),
-        "middle": shape.middle.tolist(),
-        "size": (2 * shape.half).tolist(),
-        "p_bends": test.p_bends,
-        "p_stretch": test.p_stretch,
-        "flat_px": known(test.flat_px),
-        "shaped_px": known(test.shaped_px),
-    }
-
-
-def corners_of(views):
-    """[columns, rows] of a chessboard, None of a monitor."""
-    board = isinstance(views[0], BoardView)
-    return [views[0].columns, views[0].rows] if board else None
-
-
-def central_fields(test):
-    """A CentralTest, or None, as JSON; lengths in the unit of the result."""
-    return test and {
-        "central": test.central,
-        "p_value": test.p_value,
-        "distance": test.distance_mm,
-        "at_least": test.at_least_mm,
-        "at_most": test.at_most_mm,
-        "noise_over_stated": known(test.noise_ratio),
-        "rays": test.rays,
-    }
 
 
 def misfit_warnings(found, code, words, *, scope="", bent="", **model):

@@ -1,15 +1,10 @@
 """New images: `raxel undistort`, `raxel render` and `raxel show`."""
 
 import os
-import struct
 import sys
 import tempfile
-import unicodedata
 import webbrowser
-import zlib
-from collections import Counter
 from collections.abc import Callable, Sequence
-from itertools import chain, count
 from pathlib import Path, PurePath
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +17,7 @@ from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.features.grids import has_points, read_grid
-from raxel.io.files import check_can_be_written, replacing
+from raxel.io.files import check_can_be_written, png_names, replacing
 from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.multiview.views import (
     perspective_view,
@@ -32,13 +27,10 @@ from raxel.multiview.views import (
     share_seen,
     source_pixels,
 )
-from raxel.report.canvas import encoded
+from raxel.report.canvas import is_undistorted_png, write_undistorted_png
 from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
 
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
-# A PNG begins with its signature and the chunk IHDR; the chunk of its software follows.
-HEADER_BYTES = 33
-SOFTWARE = b"Software\0raxel undistort"
 ENDINGS = (".html", ".png")
 
 
@@ -53,7 +45,7 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
     out = Path(options.out)
     image_set = load_set(options.set)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
-    targets = _targets(files)
+    targets = png_names(files)
     _check_targets(out, targets, image_set, options.camera)
     by = _by_grid if has_points(options.camera) else _by_camera
     undistorted, share, source, causes = by(options.camera, image_set)
@@ -61,8 +53,12 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
     with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
         folder = Path(room) / "images"
         for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
-            _write_png(folder / target, undistorted(read_colour(image_set, name)))
-            renamed = f" as {target}" if target != _plain(name) else ""
+            write_undistorted_png(
+                folder / target, undistorted(read_colour(image_set, name))
+            )
+            renamed = (
+                f" as {target}" if target != PurePath(name).with_suffix(".png") else ""
+            )
             say(f"{number}/{len(files)} {name}{renamed}")
         for target in targets:
             (out / target).parent.mkdir(parents=True, exist_ok=True)
@@ -131,53 +127,11 @@ def _check_targets(
         if not folder.is_dir():
             raise InputError(f"{folder}: not a folder; choose another --out")
         check_can_be_written(folder / "image.png")
-        if path.exists() and not _is_ours(path):
+        if path.exists() and not is_undistorted_png(path):
             raise InputError(
                 f"{path}: not written by raxel undistort; choose another --out, or "
                 "remove the file"
             )
-
-
-def _is_ours(path: Path) -> bool:
-    with path.open("rb") as stream:
-        return SOFTWARE in stream.read(HEADER_BYTES + 12 + len(SOFTWARE))
-
-
-def _targets(files: Sequence[str]) -> list[PurePath]:
-    """Return a PNG file for each image, distinct also if case is ignored.
-
-    This is the name of the image with the ending .png. Images that would share a name
-    keep their whole old name before the ending, with a number if that is taken too.
-    """
-    plain = list(map(_plain, files))
-    shared = Counter(map(_folded, plain))
-    taken = {_folded(folder) for path in plain for folder in path.parents}
-    targets: list[PurePath] = []
-    for name, first in zip(files, plain, strict=True):
-        numbered = map(PurePath, (f"{name}-{number}.png" for number in count(2)))
-        choices = chain([PurePath(f"{name}.png")], numbered)
-        if shared[_folded(first)] == 1:
-            choices = chain([first], choices)
-        targets.append(next(path for path in choices if _folded(path) not in taken))
-        taken.add(_folded(targets[-1]))
-    return targets
-
-
-def _plain(name: str) -> PurePath:
-    return PurePath(name).with_suffix(".png")
-
-
-def _folded(path: PurePath) -> str:
-    """Return the same text for paths that some file systems take for one."""
-    return unicodedata.normalize("NFC", str(path).casefold())
-
-
-def _write_png(path: Path, image: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    data, chunk = encoded(image, ".png"), b"tEXt" + SOFTWARE
-    length, checksum = len(SOFTWARE), zlib.crc32(chunk)
-    chunk = struct.pack(">I", length) + chunk + struct.pack(">I", checksum)
-    path.write_bytes(data[:HEADER_BYTES] + chunk + data[HEADER_BYTES:])
 
 
 def render(options: SimpleNamespace, say: Say) -> None:

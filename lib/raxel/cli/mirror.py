@@ -12,8 +12,8 @@ from raxel.cli.evaluate import check_size
 from raxel.cli.findings import of_left_out, reported
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options
-from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.comparison import back_projection, predicted_errors, viewers_aside
+from raxel.errors import InputError
+from raxel.evaluation.comparison import back_projection, expected_errors, spread_fields
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
     Diagnosis,
@@ -25,10 +25,9 @@ from raxel.evaluation.diagnoses import (
 )
 from raxel.features.boards import detect_boards
 from raxel.report import write_mirror_report
-from raxel.sets import ImageSet, load_mirror_set
+from raxel.sets import load_mirror_set
 
 STAGE_OF_NAME = re.compile(r"-(\d{1,4})$")
-N_SAMPLES = 21  # along each side of a mirror, at which the errors of rays are predicted
 
 
 def calibrate_mirror_set(options, say):
@@ -47,7 +46,7 @@ def calibrate_mirror_set(options, say):
         found = calibrate_mirror(views, say=say)
     except InputError as fault:
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
-    expected = _expected(mirror_set, views, found, say)
+    expected = expected_errors(mirror_set, views, found, say)
     result = _result(mirror_set, views, found, outputs, *expected)
     for label, text in (*mirror_lines(result), *stage_lines(result)):
         print(f"{mirror_set.name}: {label}: {text}")
@@ -70,7 +69,7 @@ def stage_files(out, count):
 
 
 def _result(mirror_set, views, found, outputs, errors, with_viewer):
-    """What is written to --json; errors, with_viewer: of `_expected`."""
+    """What is written to --json; errors, with_viewer: of `expected_errors`."""
     return {
         "set": mirror_set.name,
         "model": "spline mirror",
@@ -100,7 +99,7 @@ def _primary(views, found):
     primary = found.primary
     return {
         "points_from_rays_mm": known(np.nanmean(primary.mirror.misses)),
-        "residual_mm": _spread(primary.residuals),
+        "residual_mm": spread_fields(primary.residuals),
         "platter_rms_px": found.poses.rms_px,
         "grids": [
             {
@@ -121,7 +120,7 @@ def _stage(mirror_set, found, stage, path):
     fields = {
         "camera": path,
         "functions": list(found.cameras[stage].grid.shape),
-        "residual_mm": _spread(found.residuals_mm(stage)),
+        "residual_mm": spread_fields(found.residuals_mm(stage)),
     }
     if stage == 0:
         return fields
@@ -132,7 +131,7 @@ def _stage(mirror_set, found, stage, path):
         "after": step.after,
         "deflection_mm": step.deflection_mm,
         "T_camera_grid": found.bundle.T_camera_grid[grid].tolist(),
-        "step_by_step_residual_mm": _spread(update.residuals),
+        "step_by_step_residual_mm": spread_fields(update.residuals),
         "corners": int(np.count_nonzero(update.used)),
         "wrong_corners": int(np.count_nonzero(update.wrong)),
         "support": {
@@ -142,47 +141,6 @@ def _stage(mirror_set, found, stage, path):
         },
         "flags": list(update.flags),
     }
-
-
-def _spread(residuals):
-    """{mean, sd} of distances; None without any."""
-    residuals = residuals[np.isfinite(residuals)]
-    if len(residuals) == 0:
-        return {"mean": None, "sd": None}
-    return {"mean": float(np.mean(residuals)), "sd": float(np.std(residuals))}
-
-
-def _expected(mirror_set, views, found, say):
-    """([{median, largest}] over each stage's mirror: predicted errors of rays, degrees;
-    whether the error of the camera that views the mirror is included)"""
-    pixels = [_spread_over(camera) for camera in found.cameras]
-    perturbed = _perturbed(mirror_set, views, say)
-    try:
-        errors = predicted_errors(views, found, pixels, perturbed)
-    except CalibrationError:
-        perturbed, errors = [], predicted_errors(views, found, pixels)
-    predicted = [
-        {"median": float(np.median(each)), "largest": float(np.max(each))}
-        for each in (error[np.isfinite(error)] for error in errors)
-    ]
-    return predicted, bool(perturbed)
-
-
-def _perturbed(mirror_set, views, say):
-    """Cameras that view the mirror, each changed by a standard deviation; [] where no
-    images determine it."""
-    if not isinstance(mirror_set.viewer, ImageSet):
-        return []
-    say("uncertainty of the camera that views the mirror")
-    boards = board_views(mirror_set.viewer, detect_boards(mirror_set.viewer))
-    return viewers_aside(views.viewer, boards)
-
-
-def _spread_over(camera):
-    """Pixels (N_SAMPLES^2, 2) all over the mirror."""
-    u, v = (np.linspace(b[0], b[-1], N_SAMPLES) for b in camera.grid.breaks)
-    p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
-    return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
 
 
 def evaluate_mirror_set(options, say):

@@ -18,6 +18,7 @@ from raxel.calibration.parametric.lens_bundle import LensFormula, adjusted, stac
 from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
 from raxel.calibration.parametric.opencv_fits import found_corners
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.correspondence import BoardView, check_view, near_copies
 from raxel.calibration.views.dense import DenseView
 from raxel.cameras.core.base import Camera
@@ -28,8 +29,10 @@ from raxel.evaluation.cross_validation import (
     evaluate_camera,
 )
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis, known
+from raxel.features.boards import detect_boards
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
+from raxel.sets.model import ImageSet
 
 # Error of a point without a ray, and the largest error of any point.
 MISSED_PX = 5.0
@@ -383,3 +386,47 @@ def back_projection(camera: Camera, view: BoardView) -> BackProjection:
         return BackProjection(view.name, None, unknown, str(fault))
     met = intersect_rays_plane(rays.origins, rays.directions, T)
     return BackProjection(view.name, T, met.points - view.points)
+
+
+N_SAMPLES = 21  # along each side of a mirror, at which the errors of rays are predicted
+
+
+def spread_fields(residuals):
+    """{mean, sd} of distances; None without any."""
+    residuals = residuals[np.isfinite(residuals)]
+    if len(residuals) == 0:
+        return {"mean": None, "sd": None}
+    return {"mean": float(np.mean(residuals)), "sd": float(np.std(residuals))}
+
+
+def expected_errors(mirror_set, views, found, say):
+    """([{median, largest}] over each stage's mirror: predicted errors of rays, degrees;
+    whether the error of the camera that views the mirror is included)"""
+    pixels = [_spread_over(camera) for camera in found.cameras]
+    perturbed = _perturbed(mirror_set, views, say)
+    try:
+        errors = predicted_errors(views, found, pixels, perturbed)
+    except CalibrationError:
+        perturbed, errors = [], predicted_errors(views, found, pixels)
+    predicted = [
+        {"median": float(np.median(each)), "largest": float(np.max(each))}
+        for each in (error[np.isfinite(error)] for error in errors)
+    ]
+    return predicted, bool(perturbed)
+
+
+def _perturbed(mirror_set, views, say):
+    """Cameras that view the mirror, each changed by a standard deviation; [] where no
+    images determine it."""
+    if not isinstance(mirror_set.viewer, ImageSet):
+        return []
+    say("uncertainty of the camera that views the mirror")
+    boards = board_views(mirror_set.viewer, detect_boards(mirror_set.viewer))
+    return viewers_aside(views.viewer, boards)
+
+
+def _spread_over(camera):
+    """Pixels (N_SAMPLES^2, 2) all over the mirror."""
+    u, v = (np.linspace(b[0], b[-1], N_SAMPLES) for b in camera.grid.breaks)
+    p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels

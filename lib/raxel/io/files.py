@@ -6,9 +6,11 @@ import contextlib
 import json
 import os
 import tempfile
+import unicodedata
 from collections import Counter
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from itertools import chain, count
+from pathlib import Path, PurePath
 from typing import Any
 
 from raxel.errors import InputError
@@ -239,3 +241,32 @@ def _object(pairs):
 
 def _reject(constant):
     raise ValueError(f"{constant} is not a finite number")
+
+
+def png_names(files: Sequence[str]) -> list[PurePath]:
+    """Return a PNG file for each image, distinct also if case is ignored.
+
+    This is the name of the image with the ending .png. Images that would share a name
+    keep their whole old name before the ending, with a number if that is taken too.
+    """
+    plain = list(map(_png_name, files))
+    shared = Counter(map(_folded, plain))
+    taken = {_folded(folder) for path in plain for folder in path.parents}
+    targets: list[PurePath] = []
+    for name, first in zip(files, plain, strict=True):
+        numbered = map(PurePath, (f"{name}-{number}.png" for number in count(2)))
+        choices = chain([PurePath(f"{name}.png")], numbered)
+        if shared[_folded(first)] == 1:
+            choices = chain([first], choices)
+        targets.append(next(path for path in choices if _folded(path) not in taken))
+        taken.add(_folded(targets[-1]))
+    return targets
+
+
+def _png_name(name: str) -> PurePath:
+    return PurePath(name).with_suffix(".png")
+
+
+def _folded(path: PurePath) -> str:
+    """Return the same text for paths that some file systems take for one."""
+    return unicodedata.normalize("NFC", str(path).casefold())

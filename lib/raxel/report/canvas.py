@@ -1,5 +1,9 @@
 """A drawing in pixel coordinates of an image, independent of its displayed size."""
 
+import struct
+import zlib
+from pathlib import Path
+
 import cv2
 import numpy as np
 
@@ -10,6 +14,9 @@ FONT = 0  # cv2.FONT_HERSHEY_SIMPLEX
 # Blue, green, red.
 INK, PAPER, QUIET = (40, 32, 24), (255, 255, 255), (150, 150, 150)
 MISSING = (40, 40, 220)
+# A PNG begins with its signature and the chunk IHDR; the chunk of its software follows.
+HEADER_BYTES = 33
+SOFTWARE = b"Software\0raxel undistort"
 STRIP = 34  # height of the strip with the legend below a drawing, px
 
 
@@ -123,3 +130,18 @@ def _fixed(point):
     """A point in the fixed-point numbers that OpenCV takes, near the drawing."""
     near = np.clip(point, -30000, 30000)
     return tuple(int(x) for x in np.rint(near * (1 << FRACTION)))
+
+
+def is_undistorted_png(path: Path) -> bool:
+    """Return whether `raxel undistort` wrote the file."""
+    with path.open("rb") as stream:
+        return SOFTWARE in stream.read(HEADER_BYTES + 12 + len(SOFTWARE))
+
+
+def write_undistorted_png(path: Path, image: np.ndarray) -> None:
+    """Write an image as PNG that names `raxel undistort` as its software."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data, chunk = encoded(image, ".png"), b"tEXt" + SOFTWARE
+    length, checksum = len(SOFTWARE), zlib.crc32(chunk)
+    chunk = struct.pack(">I", length) + chunk + struct.pack(">I", checksum)
+    path.write_bytes(data[:HEADER_BYTES] + chunk + data[HEADER_BYTES:])

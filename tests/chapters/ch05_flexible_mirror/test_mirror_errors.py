@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.cli import mirror
 from raxel.evaluation import comparison as mirror_errors
 from raxel.evaluation.comparison import predicted_errors, viewers_aside
 from raxel.evaluation.diagnoses import stage_lines
@@ -122,7 +121,7 @@ def test_perturbed_camera_counts_up_to_a_choice_of_axes(monkeypatch):
 
 def test_camera_from_a_file_has_no_predicted_error():
     given = SimpleNamespace(viewer="camera.npz")
-    assert mirror._perturbed(given, None, None) == []
+    assert mirror_errors._perturbed(given, None, None) == []
     stage = {"residual_mm": {"mean": 0.1, "sd": 0.1}}
     stage["predicted_ray_error_deg"] = {"median": 0.02, "largest": 0.03}
     result = {"stages": [stage], "viewer_error_counted": False}

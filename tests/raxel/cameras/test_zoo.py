@@ -176,7 +176,7 @@ def test_cameras_are_created_by_name():
     cases = [
         ("unified spere", fields, r"did you mean unified sphere\?"),
         ("unified sphere", fields | {"radal": []}, r"'radal'.*did you mean radial\?"),
-        ("unified sphere", {"K": K}, "'xi': missing; give the fields of kind 'unified sphere': xi"),
+        ("unified sphere", {"K": K}, "'xi': missing; give the fields of kind"),
         ("axial", {}, "missing; give the fields of kind 'axial': projection"),
         ("unified sphere", fields | {"K": [[1, 2], [3]]}, "'K': .*unequal"),
         ("unified sphere", fields | {"xi": None}, "'xi'|wrong type"),

@@ -15,9 +15,9 @@ from raxel.cameras import (
 )
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main
-from raxel.cli.findings import camera_fields
 from raxel.evaluation.cross_validation import Evaluation
 from raxel.evaluation.diagnoses import score_text
+from raxel.evaluation.json_fields import camera_fields
 from raxel.features.boards import detect_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
 from tests.made_sets import (

@@ -10,7 +10,7 @@ import pytest
 
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main
-from raxel.cli.images import _targets
+from raxel.io.files import png_names
 from tests.bad_input.changes import edit, setting
 from tests.image_sets import (
     HEIGHT,
@@ -181,7 +181,7 @@ NAMES = {
 
 @pytest.mark.parametrize("names", NAMES)
 def test_undistort_targets_are_distinct(names):
-    assert [str(path) for path in _targets(names)] == NAMES[names]
+    assert [str(path) for path in png_names(names)] == NAMES[names]
 
 
 def test_corners_without_board_keep_existing_file(folder, capsys):

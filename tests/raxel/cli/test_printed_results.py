@@ -11,15 +11,16 @@ import pytest
 from raxel.calibration.parametric.lens_formula import BoardTest
 from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import active_grids, main, mirror, models
-from raxel.cli.findings import misfit_warnings, shape_fields
+from raxel.cli import active_grids, main, models
+from raxel.cli.findings import misfit_warnings
 from raxel.cli.image_sets import _check_images
 from raxel.cli.images import _contents
 from raxel.evaluation.benchmark import _spread
-from raxel.evaluation.comparison import ModelComparison
+from raxel.evaluation.comparison import ModelComparison, spread_fields
 from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
 from raxel.evaluation.diagnoses import score_text, shape_lines, stage_lines
+from raxel.evaluation.json_fields import shape_fields
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, SizeVote, write_boards
 from raxel.features.detector import Detection, Partial, rejected
@@ -166,7 +167,7 @@ def test_decode_keeps_warnings_of_all_views(tmp_path, monkeypatch, capsys):
 
 
 def test_mirror_residuals_have_mean_and_sd():
-    assert mirror._spread(np.array([1.0, NAN, 3.0])) == {"mean": 2.0, "sd": 1.0}
+    assert spread_fields(np.array([1.0, NAN, 3.0])) == {"mean": 2.0, "sd": 1.0}
 
 
 def test_undistort_prints_the_share_of_visible_pixels(tmp_path, capsys):

@@ -9,12 +9,13 @@ from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import mirror
 from raxel.cli.active_grids import _summary
-from raxel.cli.findings import agreement_warnings, camera_fields, central_fields
+from raxel.cli.findings import agreement_warnings
 from raxel.cli.image_sets import _pattern_lines
 from raxel.cli.models import Fitted, _terms
 from raxel.evaluation.board_corners import BoardCorners, WrongCorners
 from raxel.evaluation.comparison import BackProjection
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
+from raxel.evaluation.json_fields import camera_fields, central_fields
 from raxel.evaluation.split_half import Division, SplitHalf
 from raxel.features.active_grid.errors import Noise
 from raxel.sets.model import BOARDS, ActiveGrid, Pattern
