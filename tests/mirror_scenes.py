@@ -1,7 +1,5 @@
 """Geometry A of chapter 5: camera, platter on its board, monitor in two places."""
 
-from functools import lru_cache
-
 import numpy as np
 
 from raxel.calibration import BoardView, FlatMirrorImage, StageView, dense_view
@@ -119,7 +117,6 @@ def spline_camera(quantity="inverse depth", deflection=6.0, viewer=VIEWER):
     return SplineMirrorCamera.fitted(viewer, grid, points, quantity)
 
 
-@lru_cache
 def lit_views(camera, T_camera_grid, rng=None, sd_mm=0.0):
     """DenseViews of a monitor that lights every pixel, by a camera with a mirror."""
     rays = camera.rays(pixel_grid(camera.width, camera.height))

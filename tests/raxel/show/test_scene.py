@@ -86,7 +86,7 @@ def test_figure_decorator_stores_scene(tmp_path, monkeypatch, mark, scene, good)
     monkeypatch.setattr(jobs, "function_of", lambda found: names[found.function])
     out = tmp_path / "figures" / "fig_9_9.json"
     if not good:
-        with pytest.raises(ValueError, match="fig_9_9 is marked with scene="):
+        with pytest.raises(ValueError, match="fig_9_9: marked with scene="):
             draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
         return
     draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)

@@ -230,7 +230,7 @@ def test_page_is_self_contained():
 @draws
 def test_oversized_page_is_rejected(monkeypatch):
     monkeypatch.setattr(sys.modules[page.__name__], "MAX_PAGE_BYTES", 1000)
-    with pytest.raises(SceneError, match=r"scene of \d+ bytes, 1000 at most"):
+    with pytest.raises(SceneError, match=r"scene of \d+ bytes exceeds 1000"):
         html(small_scene(), "T")
 
 

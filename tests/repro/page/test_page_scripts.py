@@ -135,7 +135,7 @@ def all_artefacts():
     """The page of all figures and tables: one of the thesis, one extension."""
     made = [
         artefacts.Artefact(
-            name=name, label="", output="", page="p", row=None, finding="", files=[],
+            name=name, label="", caption="", page="p", row=None, finding="", files=[],
             behind=Behind("make", [], "s", "", "", ""), picture="",
             lines=True, head=[], cells=[],
         )

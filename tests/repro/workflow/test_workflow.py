@@ -291,7 +291,9 @@ def test_interrupted_build_ends_cleanly(checkout):
         text = process.communicate(timeout=900)[0]
     dice.write_text(before)
     assert process.returncode == 130, text
-    last = "make fig_2_3: interrupted; what is finished stays, run it again to go on"
+    last = (
+        "make fig_2_3: interrupted; run it again to continue (finished parts are kept)"
+    )
     assert text.splitlines()[-1] == last
     assert "Traceback" not in text
     assert "FAILED" not in text
