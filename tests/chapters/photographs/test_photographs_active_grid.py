@@ -80,6 +80,7 @@ def test_page_reports_images_in_the_wrong_order(tmp_path):
     scene.images[[12, 13]] = scene.images[[13, 12]]
     sentences, (views, _) = produced(tmp_path, scene)
     assert sentences["found"].startswith("None of 1 view is decoded: ")
+    assert "phase steps along x are not in order" in sentences["found"]
     assert "not in order" in views.columns["Remark"][0]
     assert sentences["precision"] == "No standard deviation is predicted."
 
