@@ -13,7 +13,13 @@ from raxel.errors import InputError
 from raxel.evaluation import json_fields
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.comparison import compare_models
-from raxel.evaluation.diagnoses import camera_lines, comparison_lines, line, summary
+from raxel.evaluation.diagnoses import (
+    camera_lines,
+    comparison_lines,
+    explained,
+    line,
+    summary,
+)
 from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
@@ -93,11 +99,12 @@ def _calibrated(image_set, views, asked, say):
     result["misfit"] = found.fields()
     result |= right.fields(fitted.details.get("wrong_points", ()))
     result["board_shape"] = json_fields.shape_fields(fitted.board, views)
-    warnings += _misfit_warnings(found, asked, model, right, fitted, words)
     if model in TABLES:
         central = _central_test(images, used, size)
         result["one_centre"] = json_fields.central_fields(central)
-    warnings += findings.warnings_of(result, right.evaluation.rms_px, words)
+    right_px = right.evaluation.rms_px
+    lenses = "" if asked == "auto" else "try --model kannala-brandt or unified, "
+    warnings += findings.warnings_of(result, right_px, words, lenses)
     whole = _used(fitted, right.whole.images, views)
     corners = board_corners(fitted.camera, *whole, fitted.shape)
     halves = split_half(fitted.camera, images, used, fitted.shape)
@@ -105,9 +112,10 @@ def _calibrated(image_set, views, asked, say):
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}
     show(summary(result, words, MIN_N_BOARDS))
-    # Halves of images disagree, too, where the camera does not fit.
-    if not found.large:
-        warnings += findings.agreement_warnings(corners, halves, fitted, unit, words)
+    warnings += findings.agreement_warnings(corners, halves, fitted, unit, words)
+    values = {"words": words, "model": model, "untried": _untried(asked, result)}
+    values["explained"] = any(explained(each, found.rms_px) for each in warnings)
+    warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
     return result, warnings, fitted, right.whole, halves
 
@@ -128,17 +136,27 @@ def _central_test(images, views, size):
     return centrality_of_views(used, *size, np.array([poses[k] for k in posed]))
 
 
-def _misfit_warnings(found, asked, model, right, fitted, words):
+def _untried(asked, result):
+    """Advice of models that gave no camera or were not tried."""
+    if asked != "auto":
+        return "try --model auto, "
+    tried = result["cross_validation"].items()
+    missing = any(name in TABLES and "refused" in found for name, found in tried)
+    return "add overlapping views, " if missing else ""
+
+
+def _misfit_warnings(found, asked, right, fitted, about):
     """Yield the warnings of the Misfit of the views that went into the fit, and of
     all."""
+    words, model = about["words"], about["model"]
     blamed = "auto" if asked == "auto" and model not in TABLES else model
-    about = {"code": MISFITS[blamed], "words": words, "model": model}
+    about |= {"code": MISFITS[blamed]}
     few = len(right.views) - len(fitted.unused) < MIN_N_BOARDS
     untested = fitted.board is None and few
     bent = f"bent {words.target} (untested)" if untested else ""
     yield from findings.misfit_warnings(found, bent=bent, **about)
     whole = misfit(right.evaluation.images, right.views)
-    if fitted.unused and whole.large and not found.large and not whole.odd_board:
+    if fitted.unused and whole.large and not found.large and not whole.odd_boards:
         yield from findings.misfit_warnings(
             whole, scope=f" all {words.target}s", **about
         )

@@ -7,7 +7,13 @@ import math
 from collections import Counter
 
 from raxel.calibration.views.correspondence import BENDS, TERMS, near_copies
-from raxel.evaluation.diagnoses import DIAGNOSES, diagnosis
+from raxel.evaluation.diagnoses import (
+    CORRECT_FIRST,
+    DIAGNOSES,
+    Diagnosis,
+    diagnosis,
+    strongest_first,
+)
 from raxel.evaluation.distortion import MIN_N_BOARDS
 
 MIN_TABLE_SHARE = 1 / 3  # of the image's pixels; less is a small part of a camera
@@ -19,7 +25,8 @@ NOT_SQUARE_TOL = 0.05  # of a side: pixels of monitors are square to far less
 
 
 def reported(warnings):
-    """Print the warnings; return them for JSON: texts, codes, parts and values."""
+    """Print the warnings, the strongest first; return them for JSON."""
+    warnings = strongest_first(warnings)
     for text in warnings:
         print(f"warning: {text}")
     return {"warnings": warnings, "diagnoses": [each.fields() for each in warnings]}
@@ -69,11 +76,14 @@ def listed(names, limit=MAX_NAMES):
     return f"{text} and {rest} more" if rest > 0 else text
 
 
-def misfit_warnings(found, code, words, *, scope="", bent="", **model):
+def misfit_warnings(
+    found, code, words, *, scope="", bent="", untried="", explained=False, **model
+):
     """Yield the warning of a Misfit, if there is one.
 
     code: of the DIAGNOSES for large residuals; scope: which boards; bent: the cause
-    that depends on the number of boards; model: its name, if the code requires it.
+    that depends on the number of boards; untried: advice of another model; explained:
+    whether another warning explains it; model: its name, if the code requires it.
     """
     values = {
         "rms_px": found.rms_px,
@@ -82,18 +92,22 @@ def misfit_warnings(found, code, words, *, scope="", bent="", **model):
         "scope": scope,
         "subject": DIAGNOSES[code][0].partition("{scope}")[0].format(**model),
     }
-    if found.odd_board:
-        yield diagnosis("outlier-residuals", words, **values, file=found.odd_board)
+    if found.odd_boards:
+        files = {"file": found.odd_boards[0], "files": listed(found.odd_boards, 2)}
+        yield diagnosis("outlier-residuals", words, **values, **files)
     elif found.large and found.scatter_px > OTHER_ORDER_PX:
         yield diagnosis("point-order", words, **values)
     elif found.large:
-        values["bent"] = bent or f"bent {words.target}"
-        yield diagnosis(code, words, **model, **values)
+        values |= {"bent": bent or f"bent {words.target}", "untried": untried}
+        large = diagnosis(code, words, **model, **values)
+        text = f"{large.problem}; {CORRECT_FIRST}"
+        yield Diagnosis.reported(code, text, **large.values) if explained else large
 
 
-def warnings_of(result, right_px, words):
+def warnings_of(result, right_px, words, untried=""):
     """Yield the warnings of excluded points, of rays without a common point and of a
-    bent board; result: as in JSON; right_px: RMS distance of the other points."""
+    bent board; result: as in JSON; right_px: RMS distance of the other points; untried:
+    advice of another model."""
     unit, test, shape = map(result.get, ("unit", "one_centre", "board_shape"))
     if wrong := result["wrong_points"]:
         worst = max(wrong, key=lambda entry: entry["distance_px"])
@@ -111,7 +125,7 @@ def warnings_of(result, right_px, words):
             others_px=right_px,
         )
     if test and not test["central"]:
-        yield diagnosis("non-central-rays", words, unit=unit, **test)
+        yield diagnosis("non-central-rays", words, unit=unit, untried=untried, **test)
     parts = []
     if shape and shape["twist"]["used"]:
         most = max(abs(shape[name]["value"]) for name in BENDS)
@@ -128,8 +142,8 @@ def warnings_of(result, right_px, words):
 
 
 def agreement_warnings(corners, halves, fitted, unit, words):
-    """Yield the warnings of a camera that fits: of BoardCorners that deviate, of a
-    SplitHalf that disagrees, and of the area outside the boards."""
+    """Yield the warnings of BoardCorners that deviate, of a SplitHalf that disagrees,
+    and of the area outside the boards."""
     if corners and not corners.as_stated:
         row, column = divmod(corners.worst, corners.columns)
         offset, sd = corners.distance
@@ -160,24 +174,21 @@ def agreement_warnings(corners, halves, fitted, unit, words):
 
 
 def _instability(found, words):
-    """The warning of a camera that depends on the images."""
-    outlier, focal = found.outlier, found.focal
-    if outlier and (found.same_camera or outlier.p_value < found.p_value):
+    """The warning of a camera that depends on the images: of the least p-value."""
+    tested, outlier, focal = [], found.outlier, found.focal
+    if outlier:
         values = outlier._asdict()
-        return diagnosis("outlier-image", words, file=values.pop("name"), **values)
-    if not found.same_camera:
-        values = found.divisions[0].fields()
-        return diagnosis(
-            "inconsistent-halves", words, **values | {"p_value": found.p_value}
-        )
+        file = values.pop("name")
+        tested.append(diagnosis("outlier-image", words, file=file, **values))
     if not found.one_focal:
-        return diagnosis(
-            "focal-length-varies",
-            words,
-            **focal._asdict(),
-            sd_percent=100 * focal.sd,
-            files=listed(min(focal.shorter, focal.longer, key=len), 2),
-        )
+        values = focal._asdict() | {"sd_percent": 100 * focal.sd}
+        files = listed(min(focal.shorter, focal.longer, key=len), 2)
+        tested.append(diagnosis("focal-length-varies", words, files=files, **values))
+    if not found.same_camera:
+        values = found.divisions[0].fields() | {"p_value": found.p_value}
+        tested.append(diagnosis("inconsistent-halves", words, **values))
+    if tested:
+        return min(tested, key=lambda each: each.values["p_value"])
     largest = max(each.disagreement_px for each in found.divisions)
     return diagnosis(
         "inconsistent-images", words, factor=found.factor, disagreement_px=largest

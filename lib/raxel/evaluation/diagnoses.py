@@ -5,29 +5,31 @@ a code; a summary line has a label. Fields of the templates are values of the re
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from string import Formatter
 from typing import Any
 
 from raxel.sets.model import BOARDS, Words
 
+CORRECT_FIRST = "correct what the first warning names"  # where it explains a misfit
 MISFIT = (
     "RMS {rms_px:.2f| px} ({point} scatter {scatter_px:.2g| px}, predicted "
     "{stated_sd_px:.2g| px})"
 )
-PHRASES = "scope", "bent", "subject", "points", "shape", "more"  # words, no values
-# Code -> (problem, what to do).
+PHRASES = (
+    "scope",
+    "bent",
+    "untried",
+    "subject",
+    "points",
+    "shape",
+    "more",
+)  # words, no values
+# Code -> (problem, what to do), from the strongest diagnosis to the weakest.
 DIAGNOSES = {
-    "view-excluded": ("{file}: excluded: {reason}", ""),
-    "no-pose": ("{file}: no pose from the rays: {reason}", ""),
-    "duplicate-image": (
-        "{file}: its {point}s are identical to those of {original}{more}",
-        "remove duplicates from views (they bias the fit)",
-    ),
-    "same-pose": (
-        "{count} of {n_views} images show the {target} in the pose of another (such as "
-        "{file} and {original})",
-        "keep one image of each pose, add images of other poses",
+    "point-order": (
+        "{subject}{scope}: " + MISFIT,
+        "check columns, rows and the order of {point}s (row by row)",
     ),
     "mixed-handedness": (
         "{mirrored} shows the grid mirrored, {upright} does not: one has a reversed "
@@ -38,57 +40,20 @@ DIAGNOSES = {
         "the monitor's pixels would be {width_mm:.3g} x {height_mm:.3g} mm, not square",
         "check monitor_px and monitor_mm (width first)",
     ),
-    "no-monitor-size": (
-        "target.monitor_mm: null: lengths are in pitches of the monitor's pixels "
-        "(assumed square)",
-        "give width and height in mm for metric lengths",
+    "outlier-image": (
+        "{file}: inconsistent with the other images: {times:.1f} times their scatter, "
+        "moves rays by {rays_px:.2g} px RMS (p = {p_value:.2g})",
+        "check it for cropping, zoom, focus",
     ),
-    "cross-validation-incomplete": (
-        "{model}: {count} parts of the cross-validation gave no camera: {reason}",
-        "",
+    "focal-length-varies": (
+        "focal length varies between images: SD {sd_percent:.2g} %, {times:.1f} times "
+        "the expected (p = {p_value:.2g})",
+        "fix focus and zoom, check for two cameras ({files}) or rolling shutter",
     ),
-    "parametric-misfit": (
-        "{model} does not fit{scope}: " + MISFIT,
-        "try --model auto, check for {bent}, rolling shutter, mixed cameras",
-    ),
-    "central-misfit": (
-        "no central camera fits{scope}: " + MISFIT,
-        "check for non-central rays, {bent}, rolling shutter, mixed cameras",
-    ),
-    "all-models-misfit": (
-        "no tested model fits{scope}: " + MISFIT,
-        "add overlapping views (for cgsp, generic), check for {bent}, rolling shutter",
-    ),
-    "camera-misfit": (
-        "this camera does not fit{scope}: " + MISFIT,
-        "check that camera, zoom and focus are those of the set",
-    ),
-    "point-order": (
-        "{subject}{scope}: " + MISFIT,
-        "check columns, rows and the order of {point}s (row by row)",
-    ),
-    "outlier-residuals": (
-        "{file}: fits worse than the other {target}s: total " + MISFIT,
-        "check its {point}s (if right: {subject})",
-    ),
-    "bent-board": (
-        "a bent {target} does not fit a flat one",
-        "give its shape with --board (the JSON file of raxel calibrate)",
-    ),
-    "outlier-points": (
-        "{count} {points} ({percent:.1f} %) excluded as outliers: {files}",
-        "check the worst, number {number} of {file} ({worst_px:g} px, others "
-        "{others_px:.2f} px RMS)",
-    ),
-    "non-central-rays": (
-        "rays miss a common point by {distance:.2g} {unit} RMS (at least "
-        "{at_least:.2g} {unit}, p = {p_value:.2g})",
-        "try --model kannala-brandt or unified, check for bent or moving {target}s",
-    ),
-    "board-shape": (
-        "the {target} is not as specified: {shape}, fitted with the camera (held-out "
-        "RMS {flat_px:.3g| px}, {shaped_px:.3g| px} with it)",
-        "measure it, use evaluate --board",
+    "inconsistent-halves": (
+        "halves of the {target}s ('{divided_by}') give different cameras: rays differ "
+        "by {disagreement_px:.2g} px RMS (p = {p_value:.2g})",
+        "check for mixed cameras, zoom, bent {target}s",
     ),
     "point-positions": (
         "{point}s deviate from their nominal positions{scope}: column {column}, row "
@@ -96,25 +61,49 @@ DIAGNOSES = {
         "{p_value:.2g})",
         "measure the {target}, use a stiff one",
     ),
-    "outlier-image": (
-        "{file}: inconsistent with the other images: {times:.1f} times their scatter, "
-        "moves rays by {rays_px:.2g} px RMS (p = {p_value:.2g})",
-        "check it for cropping, zoom, focus",
+    "non-central-rays": (
+        "rays miss a common point by {distance:.2g} {unit} RMS (at least "
+        "{at_least:.2g} {unit}, p = {p_value:.2g})",
+        "{untried}check for bent or moving {target}s",
     ),
-    "inconsistent-halves": (
-        "halves of the {target}s ('{divided_by}') give different cameras: rays differ "
-        "by {disagreement_px:.2g} px RMS (p = {p_value:.2g})",
-        "check for mixed cameras, zoom, bent {target}s",
+    "outlier-residuals": (
+        "{files}: worse than the other {target}s: total " + MISFIT,
+        "check their {point}s (if right: {subject})",
     ),
-    "focal-length-varies": (
-        "focal length varies between images: SD {sd_percent:.2g} %, {times:.1f} times "
-        "the expected (p = {p_value:.2g})",
-        "fix focus and zoom, check for two cameras ({files}) or rolling shutter",
+    "parametric-misfit": (
+        "{model} does not fit{scope}: " + MISFIT,
+        "{untried}check for {bent}, rolling shutter, mixed cameras",
+    ),
+    "central-misfit": (
+        "no central camera fits{scope}: " + MISFIT,
+        "check for non-central rays, {bent}, rolling shutter, mixed cameras",
+    ),
+    "all-models-misfit": (
+        "no tested model fits{scope}: " + MISFIT,
+        "{untried}check for {bent}, rolling shutter, mixed cameras",
+    ),
+    "camera-misfit": (
+        "this camera does not fit{scope}: " + MISFIT,
+        "check that camera, zoom and focus are those of the set",
+    ),
+    "bent-board": (
+        "a bent {target} does not fit a flat one",
+        "give its shape with --board (the JSON file of raxel calibrate)",
     ),
     "inconsistent-images": (
         "images differ {factor:.1f} times as much as {point} scatter explains (rays of "
         "halves: {disagreement_px:.2g} px)",
         "check for rolling shutter, bent {target}s, mixed cameras",
+    ),
+    "board-shape": (
+        "the {target} is not as specified: {shape}, fitted with the camera (held-out "
+        "RMS {flat_px:.3g| px}, {shaped_px:.3g| px} with it)",
+        "measure it, use evaluate --board",
+    ),
+    "outlier-points": (
+        "{count} {points} ({percent:.1f} %) excluded as outliers: {files}",
+        "check the worst, number {number} of {file} ({worst_px:g} px, others "
+        "{others_px:.2f} px RMS)",
     ),
     "extrapolated-area": (
         "{percent:.0f} % of the image is outside all {target}s: SD of rays up to "
@@ -131,6 +120,26 @@ DIAGNOSES = {
         "split-half agreement are untested",
         "use {needed} or more, tilted, all over the image",
     ),
+    "same-pose": (
+        "{count} of {n_views} images show the {target} in the pose of another (such as "
+        "{file} and {original})",
+        "keep one image of each pose, add images of other poses",
+    ),
+    "duplicate-image": (
+        "{file}: its {point}s are identical to those of {original}{more}",
+        "remove duplicates from views (they bias the fit)",
+    ),
+    "no-monitor-size": (
+        "target.monitor_mm: null: lengths are in pitches of the monitor's pixels "
+        "(assumed square)",
+        "give width and height in mm for metric lengths",
+    ),
+    "cross-validation-incomplete": (
+        "{model}: {count} parts of the cross-validation gave no camera: {reason}",
+        "",
+    ),
+    "no-pose": ("{file}: no pose from the rays: {reason}", ""),
+    "view-excluded": ("{file}: excluded: {reason}", ""),
 }
 SCORE = (
     "mean angle {mean_deg:.4f| deg}, RMS {rms_px:.3f| px}, median {median_px:.3f| px}, "
@@ -183,7 +192,10 @@ SUMMARY = {
         "({cx[sd]:.2g}, {cy[sd]:.2g}) px; {sd_over_independent:.2g} times those of "
         "independent {point} errors",
     ),
-    "pupil-moves": ("entrance pupil", "shifts by " + PUPIL_SHIFT + "; " + PUPIL_GAIN),
+    "pupil-moves": (
+        "entrance pupil",
+        "shifts by " + PUPIL_SHIFT + ", so rays have no common point; " + PUPIL_GAIN,
+    ),
     "pupil-undecided": (
         "entrance pupil",
         "undecided, taken as fixed (possible shift "
@@ -363,6 +375,44 @@ def diagnosis(code: str, words: Words = BOARDS, /, **values: Any) -> Diagnosis:
     """
     parts = (TEXT.format(part, **words._asdict() | values) for part in DIAGNOSES[code])
     return Diagnosis.reported(code, "; ".join(filter(None, parts)), **values)
+
+
+def strongest_first(found: Iterable[Diagnosis]) -> list[Diagnosis]:
+    """Return diagnoses in the order of DIAGNOSES.
+
+    Significant causes come by their p-values, but after a misfit that they do not
+    explain.
+
+    Parameters
+    ----------
+    found : iterable of Diagnosis
+        The diagnoses; those of other parts keep their order and come last.
+    """
+    found, order = list(found), {code: place for place, code in enumerate(DIAGNOSES)}
+    excess_px = max((each.values.get("rms_px", 0.0) for each in found), default=0.0)
+
+    def strength(each: Diagnosis) -> tuple[int, float]:
+        code, p_value = each.code, each.values.get("p_value")
+        if p_value is None:
+            return order.get(code, len(order)), 0.0
+        explains = explained(each, excess_px)
+        return order["outlier-image" if explains else "inconsistent-images"], p_value
+
+    return sorted(found, key=strength)
+
+
+def explained(cause: Diagnosis, excess_px: float) -> bool:
+    """Return whether a significant cause moves rays by half of the residuals or more.
+
+    Parameters
+    ----------
+    cause : Diagnosis
+        The diagnosis of a test.
+    excess_px : float
+        RMS residual of a camera that does not fit, px.
+    """
+    moved = cause.values.get("rays_px", cause.values.get("disagreement_px", math.inf))
+    return "p_value" in cause.values and moved >= excess_px / 2
 
 
 def line(code: str, words: Words, *values: dict[str, Any]) -> tuple[str, str]:

@@ -25,7 +25,7 @@ MIN_EXCESS_PX = 0.25
 # So are residuals this large, where they vary too fast to separate them from scatter.
 MAX_RMS_PX = 3.0
 MAX_SD_RATIO = 10.0
-OUTLIER_RATIO = 2.5  # to the residuals of the next board, of an outlier board
+OUTLIER_RATIO = 2.5  # to the residuals of the next board, of outlier boards
 # And where the total is not too large: to the median of all boards' residuals, with a
 # minimum number of corners. If some scatter twice as much as others it is at most 2.2.
 OUTLIER_MEDIAN_RATIO, OUTLIER_N_CORNERS = 3.0, 12
@@ -39,15 +39,15 @@ class Misfit(NamedTuple):
     rms_px: of the residuals; scatter_px: RMS distance by which corners move on their
     own, NaN where no three neighbours are scored; sd_px: as the detector states it, the
     same kind of number, NaN where it states none; large: whether the residuals are more
-    than the corners explain; odd_board: name of the one board that makes them so, or
-    whose own are far larger than those of the others, "" where it is not one alone.
+    than the corners explain; odd_boards: names of the boards that make them so, or of
+    one whose own are far larger than those of the others, the worst first.
     """
 
     rms_px: float
     scatter_px: float
     sd_px: float
     large: bool
-    odd_board: str = ""
+    odd_boards: tuple[str, ...] = ()
 
     @property
     def beyond_px(self):
@@ -61,7 +61,8 @@ class Misfit(NamedTuple):
             "rms_px": known(self.rms_px),
             "scatter_px": known(self.scatter_px),
             "stated_sd_px": known(self.sd_px),
-            "odd_board": self.odd_board or None,
+            "odd_board": self.odd_boards[0] if self.odd_boards else None,
+            "odd_boards": list(self.odd_boards),
         }
 
 
@@ -75,18 +76,21 @@ def misfit(scores, views):
     found = _misfit(pairs)
     if len(pairs) < 3:
         return found
-    pairs.sort(key=lambda pair: pair[0].rms_px)
-    *others, second, worst = (score.rms_px for score, _ in pairs)
-    alone = worst > OUTLIER_RATIO * second
+    pairs.sort(key=lambda pair: pair[0].rms_px, reverse=True)
+    rms = np.array([score.rms_px for score, _ in pairs])
+    # At most a third: of more, the others may be the wrong ones.
+    ratios = rms[: len(rms) // 3] / rms[1 : len(rms) // 3 + 1]
+    count = int(np.argmax(ratios > OUTLIER_RATIO)) + 1
+    odd = ratios[count - 1] > OUTLIER_RATIO
     if found.large:
         # One bad board pulls the camera, and so the others, with it.
-        odd = alone or not _misfit(pairs[:-1]).large
+        odd = odd or not _misfit(pairs[1:]).large
     else:
-        usual = np.median([*others, second, worst])
-        scored = np.isfinite(pairs[-1][0].residuals_px[:, 0]).sum()
-        odd = alone and worst > max(OUTLIER_MEDIAN_RATIO * usual, MIN_EXCESS_PX)
-        odd = odd and scored >= OUTLIER_N_CORNERS
-    return found._replace(odd_board=pairs[-1][0].name) if odd else found
+        scored = np.isfinite(pairs[0][0].residuals_px[:, 0]).sum()
+        odd = odd and count == 1 and scored >= OUTLIER_N_CORNERS
+        odd = odd and rms[0] > max(OUTLIER_MEDIAN_RATIO * np.median(rms), MIN_EXCESS_PX)
+    names = tuple(score.name for score, _ in pairs[:count])
+    return found._replace(odd_boards=names) if odd else found
 
 
 def _misfit(pairs):
@@ -241,13 +245,14 @@ class FocalLengths(NamedTuple):
     """sd: relative, by which images differ in focal length beyond what explains how
     they differ otherwise, 0 where nothing is beyond; times: ratio of the differences to
     explained ones; p_value: of that; shorter, longer: names of the images of two groups
-    that explain the differences best."""
+    that explain the differences best; rays_px: RMS by which the SD moves rays."""
 
     sd: float
     times: float
     p_value: float
     shorter: tuple
     longer: tuple
+    rays_px: float = np.nan
 
 
 def focal_lengths(normal, right, direction, variance, names):

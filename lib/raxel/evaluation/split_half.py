@@ -196,7 +196,11 @@ def split_half(camera, scores, views, shape=None):
     if table:
         return found
     seen = seen.any(axis=0)
-    focal = focal_lengths(normal, right, _longer(fields, camera), variance, names)
+    longer = _longer(fields, camera)
+    focal = focal_lengths(normal, right, longer, variance, names)
+    if focal:
+        moved = rms_moved(fields, seen, focal.sd * longer)
+        focal = focal._replace(rays_px=moved)
     outlier = _outlier(normal, right, fields, seen, variance, names)
     beyond, fields = None, correction_fields(camera, pairs, with_radial_terms)
     if fields is not None:

@@ -94,7 +94,7 @@ def test_misfit_warning_has_rms_scatter_and_predicted_sd():
     found = Misfit(3.25, 0.5, 0.125, True)
     assert found.fields() == {
         "fits": False, "rms_px": 3.25, "scatter_px": 0.5, "stated_sd_px": 0.125,
-        "odd_board": None,
+        "odd_board": None, "odd_boards": [],
     }  # fmt: skip
     (warning,) = misfit_warnings(found, "central-misfit", BOARDS)
     assert warning.startswith(

@@ -17,6 +17,7 @@ from raxel.evaluation.diagnoses import (
     line,
     points_line,
     pupil_line,
+    strongest_first,
     summary,
 )
 from raxel.evaluation.misfit import FocalLengths
@@ -29,6 +30,7 @@ TEXTS = {
     "reason": "no chessboard of 9 x 6 corners found", "unit": "mm",
     "divided_by": "near and far", "points": "corners", "subject": "zhang does not fit",
     "shape": "bent by up to 2.1 mm", "bent": "bent board", "scope": "", "more": "",
+    "untried": "add overlapping views, ",
 }  # fmt: skip
 
 
@@ -65,14 +67,14 @@ def test_diagnosis_is_short_and_has_two_parts(code):
 
 def test_diagnosis_fields_have_values_and_null_for_unknown():
     values = {"rms_px": 3.25, "scatter_px": np.nan, "stated_sd_px": np.float64(0.5)}
-    found = diagnosis("outlier-residuals", GRIDS, file="a", subject="x", **values)
+    found = diagnosis("outlier-residuals", GRIDS, files="a", subject="x", **values)
     assert found == (
-        "a: fits worse than the other grids: total RMS 3.25 px (point scatter unknown, "
-        "predicted 0.5 px); check its points (if right: x)"
+        "a: worse than the other grids: total RMS 3.25 px (point scatter unknown, "
+        "predicted 0.5 px); check their points (if right: x)"
     )
     fields = found.fields()
     assert [fields[name] for name in values] == [3.25, None, 0.5]
-    assert (fields["file"], "subject" in fields) == ("a", False)
+    assert (fields["files"], "subject" in fields) == ("a", False)
 
 
 def test_reported_text_is_split_at_the_advice():
@@ -126,6 +128,22 @@ def test_split_half_gives_one_diagnosis(found, code, text):
     assert all(text in one for one in warnings)
 
 
+def test_cause_that_moves_rays_too_little_does_not_explain_a_misfit():
+    large = {"rms_px": 5.0, "scatter_px": 0.3}
+    misfit = Diagnosis.reported("camera-misfit", "a", **large)
+    causes = [
+        Diagnosis.reported("outlier-image", "c", rays_px=px, p_value=p_value)
+        for px, p_value in ((1.0, 1e-30), (3.0, 1e-7), (3.0, 1e-9))
+    ]
+    weak, strong, stronger = causes
+    other = Diagnosis.reported("decoding", "d")
+    found = strongest_first([other, *causes, misfit])
+    assert [id(each) for each in found] == [
+        id(each) for each in (stronger, strong, misfit, weak, other)
+    ]
+    assert strongest_first([strong, weak]) == [weak, strong]
+
+
 def test_outlier_points_name_the_worst_rounded_up():
     wrong = [
         {"file": name, "corner": n, "distance_px": px}
@@ -176,7 +194,7 @@ GAIN = "held-out boards: RMS 0.5 px without it, 0.25 px with it"
 @pytest.mark.parametrize(
     ("changed", "text"),
     [
-        ({}, f"shifts by {SHIFT}; {GAIN}"),
+        ({}, f"shifts by {SHIFT}, so rays have no common point; {GAIN}"),
         (
             {"moves": False, "verdict": "undecided"},
             f"undecided, taken as fixed (possible shift {SHIFT}); {GAIN} (p = 0.12)",

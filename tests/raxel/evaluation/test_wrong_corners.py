@@ -58,17 +58,17 @@ def test_scatter_of_independent_errors_is_their_size():
 @pytest.mark.parametrize(
     ("deviations", "corners", "odd"),
     [
-        ([0.1, 0.1, 0.1, 0.1, 0.6], 63, "4"),
-        ([0.01, 0.01, 0.01, 0.01, 0.06], 63, ""),  # however odd, a good board
-        ([0.1, 0.1, 0.1, 0.1, 0.6], 7, ""),  # too few corners to tell
-        ([0.1, 0.1, 0.1, 0.6, 0.6], 63, ""),
-        ([0.1, 0.1, 0.1, 0.1, 0.2], 63, ""),
+        ([0.1, 0.1, 0.1, 0.1, 0.6], 63, ("4",)),
+        ([0.01, 0.01, 0.01, 0.01, 0.06], 63, ()),  # however odd, a good board
+        ([0.1, 0.1, 0.1, 0.1, 0.6], 7, ()),  # too few corners to tell
+        ([0.1, 0.1, 0.1, 0.6, 0.6], 63, ()),
+        ([0.1, 0.1, 0.1, 0.1, 0.2], 63, ()),
     ],
 )
 def test_outlier_board_has_much_larger_residuals(deviations, corners, odd):
     found = misfit(*boards_off(np.random.default_rng(2), deviations, corners))
     assert not found.large
-    assert found.odd_board == odd
+    assert found.odd_boards == odd
 
 
 def test_errors_shared_by_neighbours_are_not_wrong_corners():
