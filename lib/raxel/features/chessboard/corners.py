@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.chessboard.saddles import SMOOTHED_NOISE_SD, remapped
+from raxel.features.chessboard.saddles import LINEAR, SMOOTHED_NOISE_SD, remapped
 
 # Propagation of pixel noise through the corner fit. `localise_corners` takes gradients
 # g_k at positions x_k of a window, in half windows from its centre, and solves A q =
@@ -127,13 +127,15 @@ class LocalisedCorners(NamedTuple):
     sd: predicted from the noise of the level, as in `Grid`; disagreement (N, 2):
     difference between the inner and the outer part of the window, in SDs of that noise
     (`_inner_outer_difference`). misfit: fraction of the edge strength that does not
-    point at the corner; good (N,): whether the search ended near its start.
+    point at the corner; half (N,): half size of the window in spacings; good (N,): whether
+    the search ended near its start.
     """
 
     points: np.ndarray
     sd: np.ndarray
     disagreement: np.ndarray
     misfit: np.ndarray
+    half: np.ndarray
     good: np.ndarray
 
 
@@ -187,11 +189,16 @@ def _even_and_odd(patches, level, samples):
     """Positions (samples,) along a window, its even and its odd part (N, samples^2).
 
     The mean of the even part and the linear gradient of the odd part are removed. The
-    function that removes the gradient is returned as well.
+    function that removes the gradient is returned as well. Linear interpolation is not
+    symmetric about a corner, and shifts it by 0.07 px at a spacing of 4 px.
     """
+    import cv2
+
     k = np.linspace(-SYMMETRY_HALF_WINDOW_STEPS, SYMMETRY_HALF_WINDOW_STEPS, samples)
     t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
-    grey, rotated = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
+    grey, rotated = (
+        sampled(level, patches.at(a * s, a * t), cv2.INTER_LANCZOS4) for a in (1, -1)
+    )
     even, odd = (grey + rotated) / 2, (grey - rotated) / 2
     slope = np.column_stack([s, t]) / np.linalg.norm(s)
 
@@ -201,13 +208,13 @@ def _even_and_odd(patches, level, samples):
     return k, even - even.mean(axis=1, keepdims=True), flat(odd), flat
 
 
-def sampled(level, pixels):
+def sampled(level, pixels, interpolation=LINEAR):
     """Grey levels (N, M) of a Level at image px (N, M, 2); border levels outside."""
     import cv2
 
     at = (pixels / level.scale).astype(np.float32)
     u, v = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
-    return remapped(level.grey, u, v, cv2.BORDER_REPLICATE)
+    return remapped(level.grey, u, v, cv2.BORDER_REPLICATE, interpolation)
 
 
 def localise_corners(patches, level, window_px=MAX_HALF_WINDOW_PX, effort=FULL_EFFORT):
@@ -222,10 +229,7 @@ def localise_corners(patches, level, window_px=MAX_HALF_WINDOW_PX, effort=FULL_E
     size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
     window = window_px * level.scale
     half = np.minimum(HALF_WINDOW_STEPS, window / np.maximum(size, 1e-6))
-    k = np.arange(-effort.half, effort.half + 1) / effort.half
-    b, a = np.meshgrid(k, k, indexing="ij")
-    x = np.stack([a.ravel(), b.ravel()], axis=1).astype(np.float32)
-    weight = np.exp(-(x**2).sum(axis=1) / (2 * 0.6**2))
+    x, weight = window_samples(effort.half)
     start = patches.p
     now, active = patches, np.arange(len(start))
     points = start.copy()
@@ -234,7 +238,7 @@ def localise_corners(patches, level, window_px=MAX_HALF_WINDOW_PX, effort=FULL_E
         local = now.of(active)
         g = _slopes(level, local, half[active], weight, effort.half)
         gradients[active] = g
-        shift = _solved(g, x, weight) * half[active]
+        shift = solved(g, x, weight) * half[active]
         shift = np.clip(shift, -MAX_SHIFT_STEPS, MAX_SHIFT_STEPS)
         move = shift[:, :1] * local.u + shift[:, 1:] * local.v
         points[active] += move
@@ -243,12 +247,24 @@ def localise_corners(patches, level, window_px=MAX_HALF_WINDOW_PX, effort=FULL_E
         if not len(active):
             break
     window = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
-    follows = _window_response(level, now, half, x, weight, effort.half)
-    sd = _noise_sd_px(gradients, x, weight, window, follows, level)
-    disagreement = _inner_outer_difference(gradients, x, weight, window, level)
-    misfit = _misfit(gradients, x, weight)
+    is_inner = np.abs(x).max(axis=1) <= INNER_FRACTION
+    parts = np.ones(len(x)), is_inner, ~is_inner
+    fits = [influences(gradients, x, weight, part) for part in parts]
+    follows = _window_responses(level, now, half, x, weight, parts, effort.half)
+    moved, sd = _noise_influence(fits[0][1], window, follows[0], level)
+    disagreement = _inner_outer_difference(fits[1:], follows[1:], moved, window, level)
+    misfit = misfit_of(gradients, x, weight)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
-    return LocalisedCorners(points, sd, disagreement, misfit, away < MAX_SHIFT_STEPS)
+    good = away < MAX_SHIFT_STEPS
+    return LocalisedCorners(points, sd, disagreement, misfit, half.max(axis=1), good)
+
+
+def window_samples(half):
+    """Positions (K, 2) in half windows, K = (2 half + 1)^2 row by row, and weights."""
+    k = np.arange(-half, half + 1) / half
+    b, a = np.meshgrid(k, k, indexing="ij")
+    x = np.stack([a.ravel(), b.ravel()], axis=1).astype(np.float32)
+    return x, np.exp(-(x**2).sum(axis=1) / (2 * 0.6**2))
 
 
 def _slopes(level, patches, half, weight, samples):
@@ -256,24 +272,32 @@ def _slopes(level, patches, half, weight, samples):
     from raxel.features.chessboard.compiled import slopes_in_windows
 
     g = slopes_in_windows(level.grey, level.scale, patches, half, samples)
+    return without_mean(g, weight)
+
+
+def without_mean(g, weight):
+    """Gradients (N, K, 2) less their weighted mean."""
     return g - (weight[:, None] * g).sum(axis=1, keepdims=True) / weight.sum()
 
 
-def _window_response(level, patches, half, x, weight, samples):
-    """Decrease of q when the window is shifted, (N, 2, 2), about 1.
+def _window_responses(level, patches, half, x, weight, parts, samples):
+    """Decrease of q of parts of a window that is shifted, (parts, N, 2, 2), about 1.
 
     A centred window contains equal parts of the four squares. When it is shifted, the
     squares that enter and leave it move q as well.
     """
-    change = np.empty((len(half), 2, 2))
+    change = np.empty((len(parts), len(half), 2, 2))
+    centred = _slopes(level, patches, half, weight, samples)
     for axis, along in enumerate((patches.u, patches.v)):
         shift = TEST_SHIFT_FRACTION * half[:, axis : axis + 1] * along
-        g = _slopes(level, patches.moved(shift), half, weight, samples)
-        change[..., axis] = -_solved(g, x, weight) / TEST_SHIFT_FRACTION
+        shifted = _slopes(level, patches.moved(shift), half, weight, samples)
+        for k, part in enumerate(parts):
+            q, other = (solved(g, x, weight * part) for g in (centred, shifted))
+            change[k, ..., axis] = (q - other) / TEST_SHIFT_FRACTION
     return change
 
 
-def _solved(g, x, weight):
+def solved(g, x, weight):
     """q (N, 2) that minimises sum w (g . (x - q))^2."""
     A, rhs = _normal(g, x, weight)
     det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] ** 2
@@ -294,36 +318,42 @@ def _normal(g, x, weight):
     return A, (wg * toward[..., None]).sum(axis=1)
 
 
-def _noise_sd_px(g, x, weight, window, follows, level):
-    """SD (N,) px of corners from the level's noise; window: see `variances`.
+def _noise_influence(moved, window, follows, level):
+    """Derivatives of corners (N, 2, K, 2) in half windows by gradients, and SD (N,) px.
 
-    Infinite where the fit does not respond to a shift of the window.
+    Of corners that were localised until q vanished; the SD is that of the level's
+    noise, infinite where the fit does not respond to a shift of the window.
+    window: see `variances`.
     """
-    _, moved = influences(g, x, weight)
     invertible = np.linalg.det(follows) > MIN_RESPONSE_DET
-    px = window @ np.linalg.inv(np.where(invertible[:, None, None], follows, np.eye(2)))
-    in_px = np.einsum("nab,nbkc->nakc", px, moved)
+    inverse = np.linalg.inv(np.where(invertible[:, None, None], follows, np.eye(2)))
+    moved = np.einsum("nab,nbkc->nakc", inverse, moved)
+    in_px = np.einsum("nab,nbkc->nakc", window, moved)
     variance = variances(in_px, window, level).mean(axis=1)
-    return np.where(invertible, np.sqrt(variance), np.inf)
+    return moved, np.where(invertible, np.sqrt(variance), np.inf)
 
 
-def _inner_outer_difference(g, x, weight, window, level):
+def _inner_outer_difference(fits, follows, moved, window, level):
     """Disagreement of two parts of a window about its corner, (N, 2): along u and v.
 
     In SDs of the level's noise alone. The inner and the outer part of the edges
-    determine the corner independently. Point-symmetric disturbances (blur, motion blur,
+    determine the corner independently. They follow a shift of the window, which noise
+    moves, by different amounts. In the window of a small square they differ by less
+    than noise moves the corner; aliasing, which moves it by as much as they differ, is
+    then measured in SDs of the corner. Point-symmetric disturbances (blur, motion blur,
     thick ink, clipped whites, edges that cross at a sharp angle) move neither.
+
+    fits, follows: `influences` and responses of the two parts; moved: see
+    `_noise_influence`.
     """
-    is_inner = np.abs(x).max(axis=1) <= INNER_FRACTION
-    (inner, moved), (outer, outer_moved) = (
-        influences(g, x, weight, part) for part in (is_inner, ~is_inner)
-    )
-    return (inner - outer) / np.sqrt(
-        variances(moved - outer_moved, window, level) + 1e-12
-    )
+    (inner, inner_moved), (outer, outer_moved) = fits
+    shifted = np.einsum("nab,nbkc->nakc", follows[0] - follows[1], moved)
+    noise = variances(inner_moved - outer_moved - shifted, window, level)
+    scale = np.maximum(noise, variances(moved, window, level)) + 1e-12
+    return np.sqrt(((inner - outer) ** 2 + scale - noise) / scale)
 
 
-def _misfit(g, x, weight):
+def misfit_of(g, x, weight):
     """Fraction (N,) of the edge strength that does not point at the corner."""
     across = (g * x).sum(axis=2)
     length = np.sqrt((g**2).sum(axis=2) * (x**2).sum(axis=1))

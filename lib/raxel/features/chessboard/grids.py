@@ -17,6 +17,7 @@ from raxel.features.chessboard.corners import (
     squares_around,
     symmetry_shift,
 )
+from raxel.features.chessboard.outer_corners import outer_corner_error
 
 # Uncertainty of corners from their own edges. Pixel noise alone does not determine the
 # error of a corner in an image that was compressed, smoothed or clipped, nor the
@@ -260,7 +261,8 @@ MIN_MEDIAN_CONTRAST_RATIO = 0.4
 MAX_LATTICE_MISFIT = 0.45
 # Largest misfit of an added corner, relative to its neighbours: blur is similar there.
 MAX_MISFIT_RATIO, MISFIT_MARGIN = 1.7, 0.05
-MIN_LATTICE_SPACING_PX = 4.0
+# Up to a tenth of a step, noise does not move a corner to another square.
+MAX_LATTICE_SD_STEPS = 0.1
 MIN_N_SIDE_CORNERS = 3
 # One in so many corners of a row or column may be missing. Chance patterns next to a
 # board add rows that are nearly empty. With two thirds of each row known, no row is one
@@ -367,6 +369,7 @@ def refine_grid(grid, levels):
     """
     grid = Grid(*(a.copy() for a in grid))
     disagreement = np.full((*grid.known.shape, 2), np.nan)
+    half = np.full(grid.known.shape, np.nan)
     for number, level in enumerate(levels):
         patches, i, j = patches_of(grid.points)
         found = localise_in_windows(patches, level, FULL_EFFORT)
@@ -376,6 +379,7 @@ def refine_grid(grid, levels):
         grid.points[i, j], grid.sd[i, j] = found.points[better], found.sd[better]
         grid.misfit[i, j] = found.misfit[better]
         disagreement[i, j] = found.disagreement[better]
+        half[i, j] = found.half[better]
     times = noise_ratio(disagreement)
     sd, chance = (
         np.hypot(grid.sd * k, SAMPLING_SD_PX) for k in (times, clip_at_median(times))
@@ -390,7 +394,9 @@ def refine_grid(grid, levels):
     shift = _replace_side_shifts(shift, grid.points, levels[0])[i, j]
     sd[i, j] = add_shift_variance(np.maximum(sd[i, j], thin / CHANCE_SIGMAS), shift)
     sd[i, j] = np.where(rejected, np.inf, sd[i, j])
-    return grid._replace(sd=sd)
+    u, v = np.full((2, *sd.shape), np.nan)
+    u[i, j], v[i, j] = (np.linalg.norm(a, axis=1) for a in (patches.u, patches.v))
+    return grid._replace(sd=np.hypot(sd, outer_corner_error(grid.misfit, half, u, v)))
 
 
 def _replace_side_shifts(shift, points, level):
@@ -468,7 +474,7 @@ def accept_corners(
     inside = np.all((found.points > level.scale) & (found.points < upper), axis=1)
     good = found.good & fields.alternate & (parity * common > 0) & inside
     good &= (found.misfit < MAX_LATTICE_MISFIT) & (
-        patches.size > MIN_LATTICE_SPACING_PX
+        found.sd < MAX_LATTICE_SD_STEPS * patches.size
     )
     if known.any():
         good &= (

@@ -196,20 +196,22 @@ def ring_test(level, points, root, radii):
     )
 
 
-def remapped(grey, u, v, border):
-    """Grey levels at (u, v), of any shape with two axes, bilinear between pixels."""
+# cv2.INTER_LINEAR
+LINEAR = 1
+
+
+def remapped(grey, u, v, border, interpolation=LINEAR):
+    """Grey levels at (u, v), of any shape with two axes, interpolated."""
     import cv2
 
     rows = 32_000
-    if len(u) < rows:
-        return cv2.remap(grey, u, v, cv2.INTER_LINEAR, borderMode=border)
     parts = [
         cv2.remap(
-            grey, u[k : k + rows], v[k : k + rows], cv2.INTER_LINEAR, borderMode=border
+            grey, u[k : k + rows], v[k : k + rows], interpolation, borderMode=border
         )
         for k in range(0, len(u), rows)
     ]
-    return np.concatenate(parts)
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def merge_nodes(parts, levels):

@@ -9,6 +9,7 @@ from raxel.features.chessboard.corners import SQUARE_SAMPLES, sampled
 from raxel.features.chessboard.grids import (
     AXES,
     MAX_CORNER_SD_PX,
+    MAX_LATTICE_MISFIT,
     MIN_CORNERS_PER_MISSING,
     MIN_N_SIDE_CORNERS,
     MIN_ROW_FRACTION,
@@ -28,7 +29,7 @@ from raxel.features.chessboard.sides import (
     unequal_pitch,
 )
 from raxel.features.detector import as_8_bit
-from raxel.features.lattice import lattice_fault, spacing
+from raxel.features.lattice import lattice_fault
 
 # Test of the squares between corners: one tone, straight edges. In lattice coordinates
 # the border between two squares of a chessboard is the line from corner to corner,
@@ -188,12 +189,6 @@ def _mean(arrays):
 
 # Smallest fraction of the corners of a board that must be certain.
 MIN_CERTAIN_FRACTION = 2 / 3
-# Largest fraction of the edge strength that may point past a corner. On rendered boards
-# with a larger fraction, at narrow outer squares, blur moved corners by more than a
-# pixel.
-MAX_CORNER_MISFIT = 0.375
-# Corners at a smaller spacing are biased by any blur of the lens.
-MIN_CORNER_SPACING_PX = 7.5
 MIN_NEXT_ROW_FRACTION = 0.34
 BORDER_PX = 2.0
 # Number of positions listed in a rejection.
@@ -234,7 +229,7 @@ def judge_grid(grid, image, known_size, part=False):
 def uncertain_corners(grid):
     """Which corners (rows, columns) are too uncertain, or not a crossing of edges."""
     return grid.known & ~(
-        (grid.sd <= MAX_CORNER_SD_PX) & (grid.misfit <= MAX_CORNER_MISFIT)
+        (grid.sd <= MAX_CORNER_SD_PX) & (grid.misfit <= MAX_LATTICE_MISFIT)
     )
 
 
@@ -321,7 +316,7 @@ def _uncertain_text(grid, which):
     """Why corners cannot be used."""
     count = np.count_nonzero(which)
     subject = f"{count} of {grid.count} corners" if count > 1 else "a corner"
-    crossing = which & ~(grid.misfit <= MAX_CORNER_MISFIT)
+    crossing = which & ~(grid.misfit <= MAX_LATTICE_MISFIT)
     worst = np.where(which & np.isfinite(grid.sd), grid.sd, 0).max()
     if crossing.sum() > count / 2:
         what = "unclear: their edges do not meet in one point"
@@ -346,12 +341,6 @@ def _positions_text(points, word):
 def _geometry_fault(grid, image):
     """What is wrong with the corners of a nearly complete grid, or ''."""
     corners, size = grid.points.reshape(-1, 2), grid.known.shape[::-1]
-    smallest = spacing(corners, *size).min()
-    if smallest < MIN_CORNER_SPACING_PX:
-        return (
-            f"corner spacing of {np.floor(10 * smallest) / 10:.1f} px, below "
-            f"{MIN_CORNER_SPACING_PX:g} px; move closer, or use larger squares"
-        )
     return lattice_fault(corners, *size, image) or unequal_pitch(grid)
 
 

@@ -16,11 +16,12 @@ from raxel.features.chessboard.grids import (
     patches_of,
     side_patches_of,
 )
+from raxel.features.chessboard.outer_corners import BLURS, outer_corner_model
 from raxel.features.chessboard.saddles import Level
 from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
 from tests.drawn_images import Board as BoardBefore
-from tests.drawn_images import Lens, Photo, gaussian
+from tests.drawn_images import Lens, Photo, board_in_view, gaussian
 from tests.drawn_images import drawn as photographed
 from tests.raxel.features.chessboard.test_find_board import seen, soft_and_noisy
 
@@ -195,6 +196,20 @@ def test_predicted_sd_covers_compression_and_clipping(quality):
     assert 0.7 < np.sqrt(np.mean((off / np.sqrt(2) / sd) ** 2)) < 1.4
 
 
+@pytest.mark.parametrize("square", [4.5, 6.0])
+@pytest.mark.parametrize("blur", [0.6, 1.0])
+def test_predicted_sd_matches_errors_of_small_squares(square, blur):
+    """Blur of a fifth to a third of a square, with pixels and smoothing included."""
+    lens, rng = Lens("equidistant", 160.0, 320, 240), np.random.default_rng(4)
+    board = board_in_view(lens, 9, 6, square, rng, tilt=0.2)
+    photo = Photo(blur=gaussian(blur), noise=1.5)
+    image, truth = photographed(lens, board, photo, rng)
+    off, sd = errors(find_board(image, 9, 6), truth)
+    known = np.isfinite(off)
+    assert known.sum() >= 50
+    assert 0.7 < np.sqrt(np.mean((off / sd)[known] ** 2) / 2) < 1.25
+
+
 @pytest.mark.parametrize("blur", [0.3, 0.7])
 def test_corners_along_pixel_grid_are_unbiased(blur):
     """Aliasing is the same along such an edge, so that no disagreement shows it."""
@@ -223,6 +238,22 @@ def test_pixel_noise_propagates_through_corner_fit(blur, degrees, window, sigma)
     stated = np.median([one.sd[0] for one in put])
     assert np.sqrt(points.var(axis=0).mean()) == pytest.approx(stated, rel=0.2)
     assert np.sqrt(np.mean(apart**2)) == pytest.approx(1, rel=0.2)
+
+
+def test_blur_moves_outer_corners_of_small_squares():
+    """By what the model of the squares that end predicts, without noise."""
+    blur, square = 1.3, 5.0
+    lens = Lens("equidistant", 160.0, 320, 240)
+    board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.0, 0.0, 0.3]))[0], None)
+    board = board._replace(t=[0, 0, 160 / square] - board.R @ [4.0, 2.5, 0])
+    photo = Photo(blur=gaussian(blur), noise=0.0)
+    image, truth = photographed(lens, board, photo, np.random.default_rng(2))
+    found = find_board(image, 9, 6)
+    off = errors(found, truth)[0].reshape(6, 9) / square
+    total = np.sqrt(blur**2 + 0.7**2 + 1 / 3 + 1 / 12) / square
+    shift = np.interp(total, BLURS, outer_corner_model((True, False))[1])
+    assert np.sqrt(2) * shift == pytest.approx(off[[0, -1], 2:-2].mean(), rel=0.3)
+    assert off[1:-1, 1:-1].max() < shift / 2
 
 
 def test_noise_ratio_of_shadow_row_is_local():

@@ -120,14 +120,6 @@ def test_uncertain_corner_is_missing_or_named():
     assert "inf" not in fault
 
 
-def test_small_spacing_is_rejected():
-    board = Board(9, 6, facing(9, 6, 6))
-    fault = judge_grid(
-        grid(board.corners().reshape(6, 9, 2)), board.image(), known_size=True
-    ).fault
-    assert fault.startswith("corner spacing of 6.0 px, below 7.5 px")
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_lattice_with_holes_has_same_order(seed):
     rng = np.random.default_rng(seed)
