@@ -39,8 +39,10 @@ def find_board(
     """Detect the chessboard of an image, without a lens model.
 
     Two thirds of each row and column of the board must be visible, and all of its sides
-    where the size is not given. Corners with a predicted standard deviation above a
-    third of a pixel, at most a third of all, are missing (NaN) like those not detected.
+    where the size is not given. With a given size, two thirds of the board suffice
+    if three of its outer corners and half of each side are visible. Corners with a
+    predicted standard deviation above a third of a pixel, at most a third of all, are
+    missing (NaN) like those not detected.
 
     Parameters
     ----------

@@ -127,8 +127,8 @@ class LocalisedCorners(NamedTuple):
     sd: predicted from the noise of the level, as in `Grid`; disagreement (N, 2):
     difference between the inner and the outer part of the window, in SDs of that noise
     (`_inner_outer_difference`). misfit: fraction of the edge strength that does not
-    point at the corner; half (N,): half size of the window in spacings; good (N,): whether
-    the search ended near its start.
+    point at the corner; half (N,): half size of the window in spacings; good (N,):
+    whether the search ended near its start.
     """
 
     points: np.ndarray

@@ -269,8 +269,9 @@ MIN_N_SIDE_CORNERS = 3
 # of those.
 MIN_CORNERS_PER_MISSING = 3
 MAX_STRAY_FRACTION, MAX_N_STRAYS = 0.25, 2
-# For a known size: a row with half of its corners is not a chance pattern.
-MIN_ROW_FRACTION = 0.5
+# For a known size: a row with half of its corners is not a chance pattern, and three
+# outer corners of a lattice of this size determine the fourth.
+MIN_ROW_FRACTION, MIN_N_OUTER_CORNERS = 0.5, 3
 # Half windows in px of the finest level: the next one is used where a corner is too
 # uncertain.
 HALF_WINDOWS_PX = (7.0, 14.0, 28.0)
@@ -596,17 +597,23 @@ def without(grid, removed):
     return _cropped(mask_corners(grid, removed))
 
 
-def is_nearly_complete(grid):
+def is_nearly_complete(grid, known_size=False):
     """Whether a grid may be a whole board with some corners missing.
 
-    At most one in MIN_CORNERS_PER_MISSING of each row and column may be missing.
+    At most one in MIN_CORNERS_PER_MISSING of each row and column may be missing. For a
+    known size, a grid with three outer corners and MIN_ROW_FRACTION of each side ends
+    where the board does: so many of all its corners may be missing.
     """
-    missing = ~grid.known
-    few = all(
-        (MIN_CORNERS_PER_MISSING * missing.sum(axis=axis) <= missing.shape[axis]).all()
-        for axis in (0, 1)
-    )
-    return min(missing.shape) >= MIN_N_SIDE_CORNERS and few
+    known = grid.known
+    if min(known.shape) < MIN_N_SIDE_CORNERS:
+        return False
+    lines = [(~known).mean(axis=axis) for axis in (0, 1)]
+    sides = known[0], known[-1], known[:, 0], known[:, -1]
+    ends = known[[0, 0, -1, -1], [0, -1, 0, -1]]
+    half_of_sides = min(side.mean() for side in sides) >= MIN_ROW_FRACTION
+    if known_size and ends.sum() >= MIN_N_OUTER_CORNERS and half_of_sides:
+        lines = [(~known).mean(keepdims=True)]
+    return all((MIN_CORNERS_PER_MISSING * line <= 1).all() for line in lines)
 
 
 def trimmed(grid):
@@ -629,7 +636,7 @@ def cut_to(grid, sizes):
     """The grid without side rows that are mostly empty, if it then has one of `sizes`.
 
     For a known size: a row of which less than MIN_ROW_FRACTION is known, outside a
-    board of this size with two thirds of each row, is a chance pattern in the board's
+    nearly complete board of this size, is a chance pattern in the board's
     border. A row with half of its corners or more may be the board's own.
     """
     result = grid
@@ -641,7 +648,9 @@ def cut_to(grid, sizes):
             break
         result = without(result, removed)
     return (
-        result if result.known.shape in sizes and is_nearly_complete(result) else grid
+        result
+        if result.known.shape in sizes and is_nearly_complete(result, known_size=True)
+        else grid
     )
 
 

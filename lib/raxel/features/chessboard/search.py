@@ -73,7 +73,7 @@ def search_image(image, size=None):
         ]
         is_part = [part is not None for part in parts]
         grids = [part or grid for part, grid in zip(parts, grids, strict=True)]
-    whole = [is_nearly_complete(grid) for grid in grids]
+    whole = [is_nearly_complete(grid, size is not None) for grid in grids]
     if any(whole):
         sharp = levels[0], sharp_level(grey, noise)
         grids = [

@@ -243,7 +243,7 @@ def _completeness_fault(grid, certain, image, known_size):
         )
     known = grid.known
     sides_hold = known[[0, -1]].all() and known[:, [0, -1]].all()
-    sufficient = is_nearly_complete(grid) and (known_size or sides_hold)
+    sufficient = is_nearly_complete(grid, known_size) and (known_size or sides_hold)
     if sufficient and certain.count >= MIN_CERTAIN_FRACTION * known.size:
         return ""
     if sufficient or grid.complete:
@@ -302,7 +302,10 @@ def _emptiest_line_text(grid):
     known = {line: grid.known.take(line[1], axis=line[0]) for line in lines}
     axis, k = min(lines, key=lambda line: known[line].mean())
     if MIN_CORNERS_PER_MISSING * (~known[axis, k]).sum() > len(known[axis, k]):
-        rule = "at most a third of a row or column may be missing"
+        rule = (
+            "at most a third of a row or column may be missing, or half of a side of "
+            "a known size"
+        )
     else:
         ends = [line for line in lines if line[1] in (0, grid.known.shape[line[0]] - 1)]
         axis, k = min(ends, key=lambda line: known[line].mean())
