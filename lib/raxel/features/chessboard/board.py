@@ -19,6 +19,7 @@ from raxel.features.chessboard.ends import (
     side_before_shadow,
     uncertain_side,
 )
+from raxel.features.chessboard.saddles import halved
 from raxel.features.chessboard.search import search_image
 from raxel.features.chessboard.sides import dark_side, truncated_side
 from raxel.features.chessboard.verdict import (
@@ -82,8 +83,27 @@ def find_board(
     grey = as_8_bit(image)
     if min(grey.shape) < 16:
         return rejected(columns, rows, "image below 16 x 16 px")
-    detection = _search(image, grey, columns, rows)
+    detection = _search_scales(image, columns, rows)
     return detection if detection.found else with_marker_hint(detection, grey)
+
+
+def _search_scales(image, columns, rows):
+    """The Detection in the image, or in its halved copy where that has more corners.
+
+    The windows of the corner fit are too small for an image without detail at the scale
+    of its pixels, as of digital zoom.
+    """
+    detection = _search(image, as_8_bit(image), columns, rows)
+    half = None if detection.found and not detection.missing else halved(image)
+    if half is None:
+        return detection
+    other = _search_scales(half, columns, rows)
+    same = (detection.columns, detection.rows) == (other.columns, other.rows)
+    fewer = detection.found and same and other.missing < detection.missing
+    if other.found and (fewer or not detection.found):
+        # Pixel centres are at integers.
+        return other._replace(corners=2 * other.corners + 0.5, sd=2 * other.sd)
+    return detection
 
 
 def _search(image, grey, columns, rows):

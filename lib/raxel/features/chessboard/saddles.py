@@ -19,6 +19,9 @@ MIN_STRENGTH_RATIO = 0.12
 ROOT_NOISE_SD = 0.08
 MIN_SADDLE_SIGMAS = 5.0
 ROUNDING_SD = 1 / np.sqrt(12)
+# Largest error of an image that is restored from its halved copy, as a fraction of its
+# contrast: enlarged twice or more. Both are between percentiles.
+MAX_LOST_DETAIL, DETAIL_PERCENTILES = 0.05, (0.1, 99.9)
 # SD of noise of 1 after an image is halved.
 HALVED_NOISE_SD = 0.3
 
@@ -67,6 +70,25 @@ def sharp_level(grey, noise):
 
     soft = cv2.GaussianBlur(grey, (0, 0), SHARP_SIGMA_PX)
     return Level(soft, 1, noise, SHARP_SIGMA_PX)
+
+
+def halved(image):
+    """The image (height, width) at half its scale, or None where detail would be lost.
+
+    An image without detail at the scale of its pixels is restored from its halved copy.
+    Its largest error is a fraction of its contrast; sharp edges have a tenth and more.
+    """
+    import cv2
+
+    height, width = (n // 2 * 2 for n in image.shape)
+    if min(height, width) < 2 * MIN_LEVEL_SIDE_PX:
+        return None
+    image = image[:height, :width]
+    half = cv2.resize(image, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
+    restored = cv2.resize(half, (width, height), interpolation=cv2.INTER_CUBIC)
+    error = np.percentile(cv2.absdiff(image, restored), DETAIL_PERCENTILES[1])
+    contrast = np.subtract(*np.percentile(image, DETAIL_PERCENTILES[::-1]))
+    return half if error < MAX_LOST_DETAIL * contrast else None
 
 
 def noise_sd(grey):

@@ -210,6 +210,22 @@ def test_predicted_sd_matches_errors_of_small_squares(square, blur):
     assert 0.7 < np.sqrt(np.mean((off / sd)[known] ** 2) / 2) < 1.25
 
 
+@pytest.mark.parametrize("size", [(9, 6), (None, None)], ids=["given", "not given"])
+def test_enlarged_image_is_searched_at_its_own_scale(size):
+    lens, rng = Lens("perspective", 200.0, 240, 180), np.random.default_rng(4)
+    board = board_in_view(lens, 9, 6, 15.0, rng, tilt=0.2)
+    photo = Photo(blur=gaussian(1.5), noise=1.0, quality=90)
+    image, truth = photographed(lens, board, photo, rng)
+    large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_CUBIC)
+    found = find_board(jpeg(large, 85), *size)
+    assert (found.found, found.missing) == (True, 0)
+    off, sd = errors(found, 5 * (truth + 0.5) - 0.5)
+    assert 0.7 < np.sqrt(np.mean((off / sd) ** 2) / 2) < 1.4
+    # The centre of a pixel stays where it was.
+    order = [np.mean(a, axis=0) for a in (found.corners, 5 * (truth + 0.5) - 0.5)]
+    assert np.abs(order[0] - order[1]).max() < 0.1
+
+
 @pytest.mark.parametrize("blur", [0.3, 0.7])
 def test_corners_along_pixel_grid_are_unbiased(blur):
     """Aliasing is the same along such an edge, so that no disagreement shows it."""
