@@ -34,17 +34,18 @@ def sheet(target=TARGET):
     )
 
 
-def photograph(tilt_deg, target=TARGET, noise=1.0, seed=0):
+def photograph(tilt_deg, target=TARGET, noise=1.0, seed=0, print_=None):
     """(image (HEIGHT, WIDTH) uint8, corners (rows * columns, 2) px) of a tilted board.
 
-    A pinhole of focal length FOCAL px, with the principal point in the middle.
+    A pinhole of focal length FOCAL px, with the principal point in the middle. print_:
+    of another target, in place of the board's.
     """
     K = np.array([[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]])
     out_of_plane = cv2.Rodrigues(np.radians([*tilt_deg[:2], 0.0]))[0]
     R = out_of_plane @ cv2.Rodrigues(np.radians([0.0, 0.0, tilt_deg[2]]))[0]
     middle = np.array([(target.columns - 1) / 2, (target.rows - 1) / 2, 0])
     H = K @ np.column_stack([R[:, 0], R[:, 1], [0, 0, 13.0] - R @ middle])
-    image = _warped(sheet(target), H) * 0.7 + 30
+    image = _warped(sheet(target) if print_ is None else print_, H) * 0.7 + 30
     image = cv2.GaussianBlur(image, (0, 0), 0.7)
     image += np.random.default_rng(seed).normal(0, noise, image.shape)
     corners = cv2.perspectiveTransform(

@@ -125,7 +125,7 @@ def marker_warning(image_set, boards):
     if markers is None:
         return ""
     return (
-        f"{found[0].label}: {charuco_reason(*markers)} and is used as a "
+        f"{found[0].label}: {charuco_reason(markers)} and is used as a "
         "chessboard; with target.kind: charuco the markers would identify the "
         "corners"
     )
@@ -265,7 +265,8 @@ def _detect(image_set, view, detector):
             "smaller images"
         ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
-    if not detection.found and not isinstance(target, Charuco):
+    hinted = detector is find_board or isinstance(target, Charuco)
+    if not detection.found and not hinted:
         detection = with_marker_hint(detection, image)
     if detection.found and view.outer_corners is not None:
         detection = _in_click_order(detection, np.array(view.outer_corners))

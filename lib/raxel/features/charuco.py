@@ -4,16 +4,25 @@ The markers are painted over with the white around them, so that the windows of 
 corners contain only squares, as on a plain chessboard.
 """
 
+import functools
+import json
+from collections import Counter
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 
 from raxel.features.chessboard.grids import Grid, mask_corners, patches_of, refine_grid
 from raxel.features.chessboard.saddles import levels_of, noise_sd, sharp_level
 from raxel.features.chessboard.verdict import uncertain_corners
+from raxel.features.circles import is_circle_grid, resized
 from raxel.features.detector import Detection, as_8_bit, rejected
 
 CHARUCO = "charuco"  # as corners files and results name this detector
 # A pose has six parameters; fewer corners do not verify a detection.
 MIN_N_CORNERS = 6
+# So many numbers beyond those of a board are not chance.
+MIN_N_BEYOND = 2
 
 
 def find_charuco(image, target):
@@ -26,28 +35,77 @@ def find_charuco(image, target):
     is detected too: its corners are then those of the board viewed from behind.
     """
     grey = as_8_bit(image)
-    markers = _detect_markers(grey, target)
-    flipped = _detect_markers(np.ascontiguousarray(grey[:, ::-1]), target)
-    mirrored = flipped.count > markers.count
-    if mirrored:
-        grey, markers = np.ascontiguousarray(grey[:, ::-1]), flipped
-    points, sd = _localise(grey, markers, target)
-    if mirrored:
-        points = points[:, ::-1] * [-1, 1] + [grey.shape[1] - 1, 0]
-        sd = sd[:, ::-1]
-    found = np.isfinite(sd)
-    spread = min(found.any(axis=0).sum(), found.any(axis=1).sum())
-    if found.sum() < MIN_N_CORNERS or spread < 2:
-        reason = (
-            f"{len(markers.markers)} of {target.marker_count} markers of "
-            f"{target.dictionary} and {found.sum()} corners detected, "
-            f"{MIN_N_CORNERS} in two rows and columns required; check dictionary, "
-            "columns, rows and legacy"
+    points, sd, count = _corners(grey, target)
+    if not _sufficient(sd):
+        reason = _explanation(grey, target) or (
+            f"{count} of {target.marker_count} markers of {target.dictionary} and "
+            f"{np.isfinite(sd).sum()} corners detected, {MIN_N_CORNERS} in two rows "
+            "and columns required; check dictionary, columns, rows and legacy"
         )
         return rejected(target.columns, target.rows, reason)
     return Detection(
         True, points.reshape(-1, 2), target.columns, target.rows, sd=sd.ravel()
     )
+
+
+def _corners(grey, target):
+    """Corners (rows, columns, 2), their SD (rows, columns), and number of markers."""
+    markers = _detect_markers(grey, target)
+    flipped = _detect_markers(np.ascontiguousarray(grey[:, ::-1]), target)
+    if flipped.count <= markers.count:
+        return *_localise(grey, markers, target), len(markers.markers)
+    points, sd = _localise(np.ascontiguousarray(grey[:, ::-1]), flipped, target)
+    points = points[:, ::-1] * [-1, 1] + [grey.shape[1] - 1, 0]
+    return points, sd[:, ::-1], len(flipped.markers)
+
+
+def _sufficient(sd):
+    """Whether the corners verify a detection; sd: (rows, columns), NaN if missing."""
+    found = np.isfinite(sd)
+    spread = min(found.any(axis=0).sum(), found.any(axis=1).sum())
+    return found.sum() >= MIN_N_CORNERS and spread >= 2
+
+
+def _explanation(grey, target):
+    """Which other target, board or layout a rejected image shows, or ''."""
+    markers = find_markers(grey)
+    if other := other_target(grey, markers):
+        return other
+    if markers is None:
+        return ""
+    count, name = target.marker_count, markers.dictionary
+    numbers = markers.numbers
+    if np.sum(numbers >= count) >= MIN_N_BEYOND:
+        return (
+            f"another board: {len(numbers)} markers of {name}, numbers {numbers.min()} "
+            f"to {numbers.max()}, but one of {target.columns} x {target.rows} corners "
+            f"has 0 to {count - 1}; check columns and rows"
+        )
+    own, shown = (_dictionary(one).bytesList for one in (target.dictionary, name))
+    contained = np.array_equal(own[: len(shown)], shown)
+    changes = [{} if contained else {"dictionary": name}]
+    swapped = {"columns": target.rows, "rows": target.columns}
+    changes = [change | more for more in ({}, swapped) for change in changes]
+    changes += [change | {"legacy": not target.legacy} for change in changes]
+    for change in changes:
+        other = replace(target, **change)
+        if other != target and _sufficient(_corners(grey, other)[1]):
+            return _change_text(change)
+    return "" if contained else _change_text(changes[0])
+
+
+def _change_text(change):
+    """The rejection of a board that differs from the target by these fields."""
+    since = "before" if change.get("legacy") else "since"
+    texts = {
+        "dictionary": f"markers of {change.get('dictionary')}",
+        "columns": "columns and rows exchanged",
+        "legacy": f"the layout {since} OpenCV 4.6",
+    }
+    shown = " and ".join(text for name, text in texts.items() if name in change)
+    fields = (f"target.{name}: {json.dumps(value)}" for name, value in change.items())
+    advice = ", ".join(fields).replace('"', "")
+    return f"the image shows {shown}; set {advice}"
 
 
 class _MarkerDetection:
@@ -135,74 +193,138 @@ def _plane(grey, known, wanted):
     return np.clip(np.rint(values), 0, 255).astype(np.uint8)
 
 
-# Markers of a ChArUco board in an image that should show a plain chessboard.
+# Other targets: their markers, in any dictionary, and grids of circles.
 
 
-# So many markers of one dictionary are not chance patterns.
-MIN_N_MARKERS = 4
-DICTIONARIES = ("4X4_50", "5X5_50", "6X6_50", "7X7_50", "ARUCO_ORIGINAL") + (
-    "APRILTAG_16h5",
-    "APRILTAG_25h9",
+# Nested dictionaries: each contains the markers of the smaller ones, as its first.
+DICTIONARIES = (
+    *(f"{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)),
+    *("ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10"),
     "APRILTAG_36h11",
 )
-# Boards begin with a dictionary's first markers, and larger dictionaries with those of
-# the smaller ones.
-N_FIRST_MARKERS = 50
-# A larger image is reduced first: a marker is decoded where its cells are 2 px wide.
-MAX_PIXELS = 2e6
+# Cells along the side of a marker's code, and those of its black border. Printed
+# AprilTag grids of Kalibr have a border of two.
+CODE_CELLS = ((4, 1), (5, 1), (6, 1), (7, 1), (6, 2))
+CELL_PX = 4  # of a rectified marker, whose cells are averaged over their inner half
+# More markers than this, less three times those expected by chance, are no chance.
+MAX_N_CHANCE_MARKERS, CHANCE_WEIGHT = 3, 3
+# Size of the searched image: a marker is decoded where its cells are 2 px wide, and
+# squares that touch tags in their corners are separated at a few px.
+N_PIXELS = 2e6
+# Offset of the next marker in sides of a marker: a ChArUco board has it diagonally.
+MAX_NEXT_SIDES, MAX_NEXT_SLOPE = 2.0, 0.5
 CHARUCO_REASON = "this looks like a ChArUco board"
+UNSUPPORTED = "{}, which raxel does not read; use a chessboard or ChArUco board"
+
+
+class Markers(NamedTuple):
+    """Markers of an image: the smallest dictionary with all of them, their numbers
+    (N,) and outlines (N, 4, 2) px of the resized image."""
+
+    dictionary: str
+    numbers: np.ndarray
+    outlines: np.ndarray
+
+    @property
+    def in_every_cell(self):
+        """Whether markers are next to each other along rows, as in no ChArUco board."""
+        sides = self.outlines[:, 1:3] - self.outlines[:, :2]
+        centres = self.outlines.mean(axis=1)
+        offsets = np.linalg.solve(
+            sides.swapaxes(1, 2)[:, None], (centres - centres[:, None])[..., None]
+        )
+        offsets = np.sort(np.abs(offsets[..., 0]), axis=2)
+        offsets[np.diag_indices(len(centres))] = np.inf
+        nearest = offsets.sum(axis=2).argmin(axis=1)
+        short, long = offsets[range(len(centres)), nearest].T
+        next_ = (long < MAX_NEXT_SIDES) & (short < MAX_NEXT_SLOPE * long)
+        return next_.mean() > 0.5
 
 
 def find_markers(image):
-    """(count, dictionary) of ArUco markers in an image of another target, or None.
+    """Markers of ArUco or AprilTag in an image of any target, or None.
 
-    image: (height, width), uint8 or uint16. The dictionary with most decoded markers,
-    if these are too many to be there by chance.
+    image: (height, width), uint8 or uint16. Of the dictionaries, that with most decoded
+    markers, if these are too many to be there by chance.
     """
     import cv2
 
-    grey = as_8_bit(image)
-    share = np.sqrt(MAX_PIXELS / grey.size)
-    if share < 1:
-        grey = cv2.resize(grey, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    counts = {}
-    for names, dictionary in _dictionaries():
-        numbers = cv2.aruco.ArucoDetector(dictionary).detectMarkers(grey)[1]
-        for number in np.unique([] if numbers is None else numbers):
-            counts[names[number]] = counts.get(names[number], 0) + 1
-    best = max(counts, key=counts.get, default=None)
-    return (counts[best], best) if counts.get(best, 0) >= MIN_N_MARKERS else None
+    grey = resized(as_8_bit(image), N_PIXELS)
+    black = cv2.aruco.Dictionary(np.zeros((1, 2, 4), np.uint8), 4)  # no marker
+    squares, _, others = cv2.aruco.ArucoDetector(black).detectMarkers(grey)[:3]
+    outlines = np.array([*squares, *others], np.float32).reshape(-1, 4, 2)
+    best, best_score = None, MAX_N_CHANCE_MARKERS
+    for ring in (outlines, outlines[:, ::-1]):  # the second as a mirror shows them
+        codes = [
+            (_code(grey, one, *cells), one) for one in ring for cells in CODE_CELLS
+        ]
+        lengths = Counter(len(code) for code, _ in codes)
+        for name in DICTIONARIES:
+            known = _codes(name)
+            found = {known[code]: one for code, one in codes if code in known}
+            n_bytes, n_bits = len(next(iter(known))), _dictionary(name).markerSize ** 2
+            chance = lengths[n_bytes] * len(known) / 2**n_bits
+            score = len(found) - CHANCE_WEIGHT * chance
+            if score > best_score:
+                parts = map(np.array, (list(found), list(found.values())))
+                best, best_score = Markers(name, *parts), score
+    return best
+
+
+@functools.cache
+def _codes(name):
+    """{code of a marker in bytes, in each of its four rotations: its number}."""
+    rows = _dictionary(name).bytesList
+    rotations = rows.reshape(len(rows), 4, -1)
+    return {one.tobytes(): k for k, four in enumerate(rotations) for one in four}
+
+
+def _code(grey, outline, n, border):
+    """Bytes of the n x n cells inside an outline (4, 2); b"" without a black border."""
+    import cv2
+
+    cells = n + 2 * border
+    side = CELL_PX * cells
+    square = np.array([[0, 0], [side, 0], [side, side], [0, side]], np.float32) - 0.5
+    H = cv2.getPerspectiveTransform(outline, square)
+    patch = cv2.warpPerspective(grey, H, (side, side))
+    patch = patch.reshape(cells, CELL_PX, cells, CELL_PX)[:, 1:-1, :, 1:-1]
+    levels = patch.mean(axis=(1, 3))
+    white = levels > (levels.min() + levels.max()) / 2
+    code = white[border:-border, border:-border]
+    if white.sum() > code.sum():
+        return b""
+    code = cv2.aruco.Dictionary.getByteListFromBits(code.astype(np.uint8))
+    return code.reshape(4, -1)[0].tobytes()
 
 
 def with_marker_hint(detection, image):
-    """A rejected Detection, with a hint where the image shows a ChArUco board."""
-    markers = None if CHARUCO_REASON in detection.reason else find_markers(image)
+    """A rejected Detection, with a hint where the image shows another target."""
+    grey = as_8_bit(image)
+    markers = find_markers(grey)
+    other = other_target(grey, markers)
+    if other:
+        return detection._replace(reason=other)
     if markers is None:
         return detection
-    reason = f"{charuco_reason(*markers)}, use target.kind: charuco. As a chessboard: "
+    reason = f"{charuco_reason(markers)}, use target.kind: charuco. As a chessboard: "
     return detection._replace(reason=reason + detection.reason)
 
 
-def charuco_reason(count, dictionary):
-    """Description of an image that contains such markers."""
-    return f"{CHARUCO_REASON} ({count} ArUco markers of {dictionary})"
+def other_target(grey, markers):
+    """The rejection of a target that raxel does not read, or ''."""
+    if markers is None:
+        return UNSUPPORTED.format("this looks like a grid of circles") * (
+            is_circle_grid(grey)
+        )
+    if not markers.in_every_cell:
+        return ""
+    kind = "an AprilTag grid" if "APRILTAG" in markers.dictionary else "an ArUco grid"
+    count = f"{len(markers.numbers)} markers of {markers.dictionary}"
+    return UNSUPPORTED.format(f"this is {kind} ({count})")
 
 
-def _dictionaries():
-    """[(names (N,), OpenCV's dictionary of N markers)] of the DICTIONARIES.
-
-    The first markers of each, merged where markers have the same number of cells, so
-    that an image is searched once for each size.
-    """
-    import cv2
-
-    of_size = {}
-    for name in DICTIONARIES:
-        whole = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
-        names, codes = of_size.setdefault(whole.markerSize, ([], []))
-        codes.append(whole.bytesList[:N_FIRST_MARKERS])
-        names += [name] * len(codes[-1])
-    return [
-        (names, cv2.aruco.Dictionary(np.concatenate(codes), size))
-        for size, (names, codes) in of_size.items()
-    ]
+def charuco_reason(markers):
+    """Description of an image that contains such Markers."""
+    count, name = len(markers.numbers), markers.dictionary
+    return f"{CHARUCO_REASON} ({count} ArUco markers of {name})"

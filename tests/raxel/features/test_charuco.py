@@ -1,5 +1,7 @@
 """ChArUco boards: identified by their markers, localised as plain corners."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -104,10 +106,41 @@ def test_charuco_rejects_single_row():
     assert "in two rows and columns required" in found.reason
 
 
-def test_charuco_rejects_other_dictionary():
-    image, _ = photograph(TILTS_DEG[0])
-    found = find_charuco(image, Charuco(7, 5, 40.0, "6X6_50", 29.0))
-    assert found.reason.startswith("0 of 24 markers of 6X6_50")
+@pytest.mark.parametrize(
+    ("printed", "mirrored", "reason"),
+    [
+        (
+            {"legacy": True},
+            False,
+            "the layout before OpenCV 4.6; set target.legacy: true",
+        ),
+        (
+            {"dictionary": "6X6_100"},
+            True,
+            "markers of 6X6_50; set target.dictionary: 6X6_50",
+        ),
+        (
+            {"columns": 5, "rows": 7},
+            False,
+            "exchanged; set target.columns: 5, target.rows: 7",
+        ),
+        (
+            {"dictionary": "5X5_50", "legacy": True},
+            False,
+            "target.dictionary: 5X5_50, target.legacy: true",
+        ),
+        (
+            {"columns": 8, "rows": 7},
+            False,
+            "another board: 36 markers of 4X4_50, numbers 0 to 35",
+        ),
+    ],
+)
+def test_charuco_rejection_names_printed_board(printed, mirrored, reason):
+    image, _ = photograph(TILTS_DEG[0], replace(TARGET, **printed))
+    found = find_charuco(image[:, ::-1] if mirrored else image, TARGET)
+    assert not found.found
+    assert reason in found.reason
 
 
 @pytest.mark.parametrize("marker_mm", [16.0, 32.0])
@@ -165,4 +198,31 @@ def test_charuco_marker_count_matches_board(counts, legacy):
 @pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])
 def test_charuco_dictionary_is_found_by_name(name):
     image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
-    assert find_markers(image) == (24, name)
+    markers = find_markers(image)
+    assert markers.dictionary == name
+    assert len(markers.numbers) >= 22
+    assert set(markers.numbers) <= set(range(24))
+
+
+def test_marker_dictionary_contains_all_numbers():
+    target = Charuco(12, 8, 40.0, "4X4_250", 29.0)
+    image = cv2.resize(sheet(target), None, fx=0.5, fy=0.5)
+    assert find_markers(image).dictionary == "4X4_100"
+
+
+@pytest.mark.parametrize("border", [1, 2])
+def test_april_tag_grid_is_named(border):
+    """Tags in every cell, with the black squares and the border of Kalibr."""
+    tags = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    print_, side, pitch = np.full((360, 440), 255, np.uint8), 60, 78
+    for v, u in np.ndindex(5, 6):
+        square = np.s_[pitch * v :, pitch * u :]
+        print_[square][2:20, 2:20] = 0
+        if v < 4 and u < 5:
+            tag = tags.generateImageMarker(5 * v + u, side, borderBits=border)
+            print_[square][20 : 20 + side, 20 : 20 + side] = tag
+    image, _ = photograph(TILTS_DEG[1], print_=print_)
+    reasons = find_charuco(image, TARGET).reason, find_board(image, 6, 4).reason
+    for reason in reasons:
+        assert reason.startswith("this is an AprilTag grid (")
+        assert "markers of APRILTAG_36h11), which raxel does not read" in reason
