@@ -10,6 +10,7 @@ per problem; progress goes to standard error. The exit status is
 - 1: a result cannot be written;
 - 2: invalid input, an invalid command line, or no board in any image; one line
   `raxel: file: field: problem; what to do` states the reason;
+- 3: with `--strict`, a misfit or an undetermined focal length; results are written;
 - 130: interrupted.
 
 No file is left half-written: of several results of one command, all are written or
@@ -42,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0, 1, 2 or 130.
+        Exit status: 0, 1, 2, 3 or 130.
     """
     out, err = Terminal(sys.stdout), Terminal(sys.stderr)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

@@ -168,6 +168,11 @@ POINTS = _option(
     "FOLDER",
     "Points of an active grid written by 'raxel decode'; decoded if not given.",
 )
+STRICT = _flag(
+    "--strict",
+    help="Exit with status 3 if the model does not fit or the focal length is not "
+    "determined; results are written. Without it, warnings leave the status 0.",
+)
 PROGRAM = Program(
     "raxel",
     help="Calibrate general cameras from images of known targets.",
@@ -267,6 +272,7 @@ PROGRAM = Program(
             POINTS,
             MODEL,
             DETECTOR,
+            STRICT,
         ),
         _command(
             "evaluate",
@@ -293,6 +299,7 @@ PROGRAM = Program(
                 "last stage]",
             ),
             DETECTOR,
+            STRICT,
         ),
         _command(
             "undistort",

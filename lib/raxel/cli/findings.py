@@ -6,6 +6,9 @@ Commands collect their warnings, print them last, and write them into their JSON
 import math
 from collections import Counter
 
+import numpy as np
+from scipy.spatial import cKDTree
+
 from raxel.calibration.views.correspondence import BENDS, TERMS, near_copies
 from raxel.evaluation.diagnoses import (
     CORRECT_FIRST,
@@ -21,6 +24,8 @@ RECOMMENDED_N_BOARDS = 10
 # RMS distance by which single corners scatter that are in another order than stated.
 OTHER_ORDER_PX = 10.0
 MAX_NAMES = 5  # in a warning
+MIN_PITCH_MM = 1.0
+MIN_CUT_FRACTION, MIN_N_CUT = 0.25, 2  # of the images of a set
 NOT_SQUARE_TOL = 0.05  # of a side: pixels of monitors are square to far less
 
 
@@ -55,6 +60,33 @@ def of_pixels(monitor):
         return []
     width, height = (mm / px for mm, px in zip(size, n_pixels, strict=True))
     return [diagnosis("monitor-pixels-not-square", width_mm=width, height_mm=height)]
+
+
+def of_pitch(target):
+    """A warning where the pitch of a chessboard is stated in metres, it seems."""
+    pitch = getattr(target, "pitch_mm", None)
+    if pitch is None or pitch >= MIN_PITCH_MM:
+        return []
+    return [diagnosis("small-pitch", pitch_mm=pitch)]
+
+
+def of_cut_boards(boards, image_set):
+    """A warning where the image's edge cuts many of the Boards, which are rejected."""
+    size = image_set.width, image_set.height
+    cut = [board.view.label for board in boards if _is_cut(board.detection, size)]
+    if len(cut) < max(MIN_CUT_FRACTION * len(boards), MIN_N_CUT):
+        return []
+    return [diagnosis("cut-boards", count=len(cut), n_views=len(boards), file=cut[0])]
+
+
+def _is_cut(detection, size):
+    """Whether corners of a rejected board are within a square of the image's edge."""
+    if detection.partial is None:
+        return False
+    corners = detection.partial.corners
+    square = cKDTree(corners).query(corners, k=2)[0][:, 1]
+    to_edge = np.minimum(corners, np.array(size) - 1 - corners).min(axis=1)
+    return bool(np.any(to_edge < square))
 
 
 def of_swapped_sides(monitor):

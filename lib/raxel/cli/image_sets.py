@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
-from raxel.cli.findings import of_pixels
+from raxel.cli.findings import of_cut_boards, of_pitch, of_pixels, reported
 from raxel.cli.outputs import check_outputs, check_writable
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
@@ -99,6 +99,7 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         ("reference", f"corners of {len(reference)} images" if reference else ""),
         ("truth", image_set.truth),
     )
+    reported(of_pitch(image_set.target))
     if n_oriented:
         print(
             f"warning: {n_oriented} of {len(files)} images: EXIF orientation ignored, "
@@ -201,6 +202,7 @@ def corners(options: SimpleNamespace, say: Say) -> None:
                 f"  {view.label}: {detection.missing} of {len(detection.corners)} "
                 "corners are missing"
             )
+    reported(of_pitch(image_set.target) + of_cut_boards(boards, image_set))
     if not found:
         raise InputError(
             f"{image_set.description}: views: no usable board in any image"

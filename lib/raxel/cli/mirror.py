@@ -9,7 +9,7 @@ from raxel.calibration import board_views, calibrate_mirror
 from raxel.calibration.mirror.images import mirror_views
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
-from raxel.cli.findings import of_left_out, reported
+from raxel.cli.findings import of_left_out, of_pitch, reported
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options
 from raxel.errors import InputError
@@ -50,7 +50,9 @@ def calibrate_mirror_set(options, say):
     result = _result(mirror_set, views, found, outputs, *expected)
     for label, text in (*mirror_lines(result), *stage_lines(result)):
         print(f"{mirror_set.name}: {label}: {text}")
-    result |= reported([Diagnosis.reported("mirror", text) for text in found.flags])
+    flags = [Diagnosis.reported("mirror", text) for text in found.flags]
+    sets = mirror_set.image_sets.values()
+    result |= reported(flags + [w for one in sets for w in of_pitch(one.target)])
     if options.report:
         say(f"drawing the report of {len(found.cameras)} stages")
     names, cameras = [*outputs, options.out], [*found.cameras, found.cameras[-1]]

@@ -2,17 +2,23 @@
 
 import contextlib
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import click
+
 from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
+from raxel.evaluation.diagnoses import STRICT
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report
 from raxel.sets import ImageSet, MirrorSet
+
+STRICT_STATUS = 3
 
 
 def check_writable(*paths: str | None) -> None:
@@ -68,6 +74,7 @@ def write_results(
     """Write --json, cameras by file name and --report: all or none.
 
     `draw` writes the report into a folder. This takes its place after the other files.
+    With --strict, raises Exit afterwards if the result has one of the STRICT diagnoses.
     """
     with contextlib.ExitStack() as stack:
         if draw and options.report:
@@ -77,6 +84,11 @@ def write_results(
             camera.save(place(path))
         if options.json:
             write_json(place(options.json), result)
+    codes = {one["code"] for one in result["diagnoses"]} & set(STRICT)
+    if options.strict and codes:
+        problem = f"raxel: --strict: {', '.join(sorted(codes))}; results are saved"
+        print(problem, file=sys.stderr)
+        raise click.exceptions.Exit(STRICT_STATUS)
 
 
 def check_written(

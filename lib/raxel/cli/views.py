@@ -6,7 +6,7 @@ import numpy as np
 
 from raxel.calibration import board_views, dense_view
 from raxel.calibration.views.correspondence import near_copies
-from raxel.cli.findings import listed, of_handedness
+from raxel.cli.findings import listed, of_cut_boards, of_handedness, of_pitch
 from raxel.cli.image_sets import boards_for
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
@@ -105,7 +105,9 @@ def seen_in(image_set, views, options, say):
     boards, vote = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
     seen = board_views(image_set, boards)
-    return SeenViews(entries, seen, [], [*_copies(seen), *_near_copies(seen)], vote)
+    warnings = of_pitch(image_set.target) + of_cut_boards(boards, image_set)
+    warnings += [*_copies(seen), *_near_copies(seen)]
+    return SeenViews(entries, seen, [], warnings, vote)
 
 
 def _copies(views):

@@ -40,6 +40,10 @@ DIAGNOSES = {
         "the monitor's pixels would be {width_mm:.3g} x {height_mm:.3g} mm, not square",
         "check monitor_px and monitor_mm (width first)",
     ),
+    "small-pitch": (
+        "target.pitch_mm: {pitch_mm:g} mm is below 1 mm (metres?)",
+        "give the side of a square in mm",
+    ),
     "outlier-image": (
         "{file}: inconsistent with the other images: {times:.1f} times their scatter, "
         "moves rays by {rays_px:.2g} px RMS (p = {p_value:.2g})",
@@ -120,6 +124,11 @@ DIAGNOSES = {
         "split-half agreement are untested",
         "use {needed} or more, tilted, all over the image",
     ),
+    "cut-boards": (
+        "{count} of {n_views} images show a board that the image's edge cuts (such as "
+        "{file})",
+        "use a ChArUco board, of which a part is enough",
+    ),
     "same-pose": (
         "{count} of {n_views} images show the {target} in the pose of another (such as "
         "{file} and {original})",
@@ -141,6 +150,11 @@ DIAGNOSES = {
     "no-pose": ("{file}: no pose from the rays: {reason}", ""),
     "view-excluded": ("{file}: excluded: {reason}", ""),
 }
+# Codes with which --strict ends with another exit status.
+STRICT = (
+    *("parametric-misfit", "central-misfit", "all-models-misfit", "camera-misfit"),
+    *("point-order", "focal-undetermined"),
+)
 SCORE = (
     "mean angle {mean_deg:.4f| deg}, RMS {rms_px:.3f| px}, median {median_px:.3f| px}, "
     "{share_with_ray:%.1} of {point}s with a ray"

@@ -167,6 +167,18 @@ def has_orientation(path: str | Path) -> bool:
         return header.getexif().get(ORIENTATION, 1) != 1
 
 
+def stored_size(path: Path) -> tuple[int, int] | None:
+    """Return (width, height) in px of a file before any orientation, without pixels.
+
+    None for a file that is no image; `read_image` reports it.
+    """
+    with contextlib.suppress(Exception), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with Image.open(path, formats=FORMATS) as header:
+            return _stored_size(header)
+    return None
+
+
 def _read(image_set, view, colour):
     name = view.image if isinstance(view, View) else view
     path = image_set.folder / name

@@ -11,6 +11,7 @@ import yaml
 from raxel.errors import InputError
 from raxel.io.documents import field_name, read_yaml, shown, validate
 from raxel.io.files import write_whole
+from raxel.sets.image_files import stored_size
 from raxel.sets.model import (
     DESCRIPTION,
     ActiveGrid,
@@ -27,6 +28,8 @@ from raxel.sets.patterns import pattern_faults
 # Checks of a set that its schema cannot express: files, counts, clicks, codes.
 
 
+# Number of images listed of each wrong size.
+MAX_NAMES = 10
 # Number of markers of dictionaries whose name does not contain it.
 DICTIONARY_SIZES = {
     "ARUCO_ORIGINAL": 1024,
@@ -64,6 +67,7 @@ def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
     yield from _repeated_labels(image_set.views)
     yield from _file_faults(image_set)
     yield from _repeated_images(image_set)
+    yield from _size_faults(image_set)
     for index, view in enumerate(image_set.views):
         path = ("views", index)
         if view.outer_corners is not None:
@@ -172,6 +176,27 @@ def _missing(path, name, folder):
         if "\\" in name:
             advice += ", with / between folders"
         yield path, f"no file {shown(name)} in {folder}; {advice}"
+
+
+def _size_faults(image_set):
+    """Yield a fault for all images of a wrong size, grouped by size."""
+    size, groups = (image_set.width, image_set.height), {}
+    for name in dict.fromkeys(name for _, name in _images(image_set.views)):
+        groups.setdefault(stored_size(image_set.folder / name), []).append(name)
+    groups.pop(None, None)
+    right = len(groups.pop(size, ()))
+    texts = [f"{right} of {sum(map(len, groups.values())) + right} images"]
+    for other, names in sorted(groups.items(), key=lambda group: -len(group[1])):
+        rotated = ", rotated" if other == size[::-1] else ""
+        more = f" and {len(names) - MAX_NAMES} more" * (len(names) > MAX_NAMES)
+        listed = ", ".join(names[:MAX_NAMES])
+        verb = "is" if len(names) == 1 else "are"
+        texts.append(
+            f"{len(names)} {verb} {other[0]} x {other[1]}{rotated} ({listed}{more})"
+        )
+    if groups:
+        fault = f"{size[0]} x {size[1]} px fits {', '.join(texts)}"
+        yield ("resolution",), f"{fault}; remove or rotate these, or correct resolution"
 
 
 def _leaves_folder(name):
