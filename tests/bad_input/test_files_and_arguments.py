@@ -8,20 +8,15 @@ import sys
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from tests.image_sets import HEIGHT, WIDTH
-
-
-def other_size(path):
-    cv2.imwrite(str(path), np.zeros((HEIGHT, WIDTH + 1), np.uint8))
-
 
 IMAGES = {
     "empty": (lambda path: path.write_bytes(b""), "file is empty"),
     "cut": (lambda path: path.write_bytes(path.read_bytes()[:-200]), "truncated"),
     "no image": (lambda path: path.write_text("Dear reader"), "not an image"),
-    "other size": (other_size, rf"{WIDTH + 1} x {HEIGHT} px differs from resolution"),
 }
 
 
@@ -48,6 +43,28 @@ def test_invalid_image_is_named(broken, fails, tmp_path, command, fault):
     line = fails(*arguments[command])
     assert line.startswith(f"raxel: {broken / 'view4.png'}: ")
     assert re.search(expected, line), line
+
+
+@pytest.mark.parametrize("command", ["corners", "calibrate", "evaluate", "check"])
+def test_images_of_wrong_sizes_are_grouped(broken, fails, tmp_path, command):
+    """With --corners, too; an EXIF orientation changes no size."""
+    for index, shape in {1: (240, 321), 2: (320, 240), 4: (240, 321)}.items():
+        depth = np.uint16 if index == 4 else np.uint8
+        cv2.imwrite(str(broken / f"view{index}.png"), np.zeros(shape, depth))
+    upright, exif = Image.open(broken / "view0.png"), Image.Exif()
+    exif[274] = 6
+    upright.save(broken / "view0.png", exif=exif)
+    camera, corners = tmp_path / "camera.npz", ("--corners", broken / "corners.json")
+    arguments = {
+        "calibrate": (broken, "--out", camera, *corners),
+        "evaluate": (camera, broken, *corners),
+    }
+    line = fails(command, *arguments.get(command, (broken,)))
+    assert line == (
+        f"raxel: {broken / 'set.yaml'}: resolution: 320 x 240 px fits 3 of 6 images, 2 "
+        "are 321 x 240 (view1.png, view4.png), 1 is 240 x 320, rotated (view2.png); "
+        "remove or rotate these, or correct resolution\n"
+    )
 
 
 def test_truncated_jpeg_gives_one_line_in_process(broken, tmp_path):

@@ -16,7 +16,7 @@ from raxel.cameras import (
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main
 from raxel.evaluation.cross_validation import Evaluation
-from raxel.evaluation.diagnoses import CORRECT_FIRST, score_text
+from raxel.evaluation.diagnoses import CORRECT_FIRST, STRICT, score_text
 from raxel.evaluation.json_fields import camera_fields
 from raxel.features.boards import detect_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
@@ -215,6 +215,21 @@ def test_misfit_gives_a_warning(calibrate, camera, model, problem):
     assert 3 < found["at_least"] < 9 < found["at_most"] < 18
     distance = f"{found['distance']:.2g} mm RMS (at least "
     assert warnings_in(printed)[0].startswith(f"rays miss a common point by {distance}")
+
+
+def test_strict_misfit_has_its_own_status_and_all_results(tmp_path, capsys):
+    for camera, status in ((PINHOLE, 0), (FISHEYE, 3)):
+        folder, corners = write_made_set(tmp_path / str(status), boards_of(camera))
+        names = [str(tmp_path / f"result-{status}.{end}") for end in ("npz", "json")]
+        given = ["--corners", str(corners), "--strict", "--json", names[1]]
+        calibrate = ["calibrate", str(folder), "--model", "zhang", "--out", names[0]]
+        for command in (calibrate, ["evaluate", names[0], str(folder)]):
+            assert main([*command, *given]) == status
+            found = json.loads(Path(names[1]).read_text())["diagnoses"]
+            codes = {one["code"] for one in found} & set(STRICT)
+            assert ", ".join(codes) in capsys.readouterr().err
+            assert len(codes) == (status == 3)
+            Path(names[1]).unlink()
 
 
 @pytest.mark.parametrize("names", [("4.png",), ("7.png", "4.png")])

@@ -23,6 +23,7 @@ from tests.image_sets import (
     FOCAL,
     HEIGHT,
     ROWS,
+    TILTS_DEG,
     WIDTH,
     boards,
     description,
@@ -273,6 +274,26 @@ def test_check_summarises_image_set(drawn, capsys):
         "5 to calibrate, 1 to evaluate",
     ):
         assert text in printed
+
+
+def test_cut_boards_and_metres_give_a_warning(tmp_path, capsys):
+    write_drawn_set(tmp_path, TILTS_DEG[:3])
+    for index in range(3):
+        path = str(tmp_path / f"view{index}.png")
+        cv2.imwrite(path, cv2.imread(path)[:, 140:])
+    target = {"kind": "chessboard", "columns": 7, "rows": 5, "pitch_mm": 0.02}
+    size = [WIDTH - 140, HEIGHT]
+    write_description(tmp_path, description(3, resolution=size, target=target))
+    assert main(["corners", str(tmp_path)]) == 2
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[-2:] == [
+        "warning: target.pitch_mm: 0.02 mm is below 1 mm (metres?); give the side of a "
+        "square in mm",
+        "warning: 3 of 3 images show a board that the image's edge cuts (such as "
+        "view0.png); use a ChArUco board, of which a part is enough",
+    ]
+    assert main(["check", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == printed[-2]
 
 
 def test_help_does_not_import_numpy():

@@ -39,7 +39,7 @@ def test_decode_rejects_exchanged_images(tmp_path, capsys, folder):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda i: i[:-1], "gray-y-01.png: 160 x 119 px differs from resolution"),
+        (lambda i: i[:-1], "19 of 20 images, 1 is 160 x 119 (gray-y-01.png); remove"),
         (
             lambda i: i.astype(np.uint16) * 257,
             "gray-y-01.png: 16 bit differs from 8 bit of gray-x-00.png; save all",
