@@ -81,9 +81,7 @@ def of_cut_boards(boards, image_set):
 
 def _is_cut(detection, size):
     """Whether corners of a rejected board are within a square of the image's edge."""
-    if detection.partial is None:
-        return False
-    corners = detection.partial.corners
+    corners = detection.partial.corners if detection.partial else np.empty((0, 2))
     square = cKDTree(corners).query(corners, k=2)[0][:, 1]
     to_edge = np.minimum(corners, np.array(size) - 1 - corners).min(axis=1)
     return bool(np.any(to_edge < square))

@@ -23,6 +23,8 @@ CHARUCO = "charuco"  # as corners files and results name this detector
 MIN_N_CORNERS = 6
 # So many numbers beyond those of a board are not chance.
 MIN_N_BEYOND = 2
+# A board is seen as a whole where one of its last numbers is.
+MIN_END_FRACTION = 0.8
 
 
 def find_charuco(image, target):
@@ -69,29 +71,29 @@ def _sufficient(sd):
 def _explanation(grey, target):
     """Which other target, board or layout a rejected image shows, or ''."""
     markers = find_markers(grey)
-    if other := other_target(grey, markers):
+    other = other_target(grey, markers)
+    if other or markers is None:
         return other
-    if markers is None:
-        return ""
-    count, name = target.marker_count, markers.dictionary
-    numbers = markers.numbers
-    if np.sum(numbers >= count) >= MIN_N_BEYOND:
+    name, numbers, _ = markers
+    if np.sum(numbers >= target.marker_count) >= MIN_N_BEYOND:
         return (
             f"another board: {len(numbers)} markers of {name}, numbers {numbers.min()} "
             f"to {numbers.max()}, but one of {target.columns} x {target.rows} corners "
-            f"has 0 to {count - 1}; check columns and rows"
+            f"has 0 to {target.marker_count - 1}; check columns and rows"
         )
     own, shown = (_dictionary(one).bytesList for one in (target.dictionary, name))
     contained = np.array_equal(own[: len(shown)], shown)
-    changes = [{} if contained else {"dictionary": name}]
+    first = {} if contained else {"dictionary": name}
+    # Without its last markers, a board may have fewer rows than that.
     swapped = {"columns": target.rows, "rows": target.columns}
-    changes = [change | more for more in ({}, swapped) for change in changes]
+    whole = numbers.max() >= MIN_END_FRACTION * target.marker_count
+    changes = [first, first | swapped] if whole else [first]
     changes += [change | {"legacy": not target.legacy} for change in changes]
     for change in changes:
         other = replace(target, **change)
         if other != target and _sufficient(_corners(grey, other)[1]):
             return _change_text(change)
-    return "" if contained else _change_text(changes[0])
+    return "" if contained else _change_text(first)
 
 
 def _change_text(change):
@@ -104,8 +106,7 @@ def _change_text(change):
     }
     shown = " and ".join(text for name, text in texts.items() if name in change)
     fields = (f"target.{name}: {json.dumps(value)}" for name, value in change.items())
-    advice = ", ".join(fields).replace('"', "")
-    return f"the image shows {shown}; set {advice}"
+    return f"the image shows {shown}; set {', '.join(fields)}".replace('"', "")
 
 
 class _MarkerDetection:
@@ -213,7 +214,6 @@ MAX_N_CHANCE_MARKERS, CHANCE_WEIGHT = 3, 3
 N_PIXELS = 2e6
 # Offset of the next marker in sides of a marker: a ChArUco board has it diagonally.
 MAX_NEXT_SIDES, MAX_NEXT_SLOPE = 2.0, 0.5
-CHARUCO_REASON = "this looks like a ChArUco board"
 UNSUPPORTED = "{}, which raxel does not read; use a chessboard or ChArUco board"
 
 
@@ -253,7 +253,7 @@ def find_markers(image):
     black = cv2.aruco.Dictionary(np.zeros((1, 2, 4), np.uint8), 4)  # no marker
     squares, _, others = cv2.aruco.ArucoDetector(black).detectMarkers(grey)[:3]
     outlines = np.array([*squares, *others], np.float32).reshape(-1, 4, 2)
-    best, best_score = None, MAX_N_CHANCE_MARKERS
+    best, best_score = None, (MAX_N_CHANCE_MARKERS, 0)
     for ring in (outlines, outlines[:, ::-1]):  # the second as a mirror shows them
         codes = [
             (_code(grey, one, *cells), one) for one in ring for cells in CODE_CELLS
@@ -264,7 +264,8 @@ def find_markers(image):
             found = {known[code]: one for code, one in codes if code in known}
             n_bytes, n_bits = len(next(iter(known))), _dictionary(name).markerSize ** 2
             chance = lengths[n_bytes] * len(known) / 2**n_bits
-            score = len(found) - CHANCE_WEIGHT * chance
+            # Boards have a dictionary's first markers, and some are those of a mirror.
+            score = len(found) - CHANCE_WEIGHT * chance, -max(found, default=0)
             if score > best_score:
                 parts = map(np.array, (list(found), list(found.values())))
                 best, best_score = Markers(name, *parts), score
@@ -274,22 +275,20 @@ def find_markers(image):
 @functools.cache
 def _codes(name):
     """{code of a marker in bytes, in each of its four rotations: its number}."""
-    rows = _dictionary(name).bytesList
-    rotations = rows.reshape(len(rows), 4, -1)
-    return {one.tobytes(): k for k, four in enumerate(rotations) for one in four}
+    rows = enumerate(_dictionary(name).bytesList)
+    return {one.tobytes(): k for k, row in rows for one in row.reshape(4, -1)}
 
 
 def _code(grey, outline, n, border):
     """Bytes of the n x n cells inside an outline (4, 2); b"" without a black border."""
     import cv2
 
-    cells = n + 2 * border
-    side = CELL_PX * cells
+    cells, side = n + 2 * border, CELL_PX * (n + 2 * border)
     square = np.array([[0, 0], [side, 0], [side, side], [0, side]], np.float32) - 0.5
     H = cv2.getPerspectiveTransform(outline, square)
     patch = cv2.warpPerspective(grey, H, (side, side))
-    patch = patch.reshape(cells, CELL_PX, cells, CELL_PX)[:, 1:-1, :, 1:-1]
-    levels = patch.mean(axis=(1, 3))
+    patch = patch.reshape(cells, CELL_PX, cells, CELL_PX)
+    levels = patch[:, 1:-1, :, 1:-1].mean(axis=(1, 3))
     white = levels > (levels.min() + levels.max()) / 2
     code = white[border:-border, border:-border]
     if white.sum() > code.sum():
@@ -302,29 +301,25 @@ def with_marker_hint(detection, image):
     """A rejected Detection, with a hint where the image shows another target."""
     grey = as_8_bit(image)
     markers = find_markers(grey)
-    other = other_target(grey, markers)
-    if other:
-        return detection._replace(reason=other)
-    if markers is None:
-        return detection
-    reason = f"{charuco_reason(markers)}, use target.kind: charuco. As a chessboard: "
-    return detection._replace(reason=reason + detection.reason)
+    reason = other_target(grey, markers)
+    if markers and not reason:
+        use = f"{charuco_reason(markers)}, use target.kind: charuco"
+        reason = f"{use}. As a chessboard: {detection.reason}"
+    return detection._replace(reason=reason or detection.reason)
 
 
 def other_target(grey, markers):
     """The rejection of a target that raxel does not read, or ''."""
-    if markers is None:
-        return UNSUPPORTED.format("this looks like a grid of circles") * (
-            is_circle_grid(grey)
-        )
-    if not markers.in_every_cell:
+    if markers is None and is_circle_grid(grey):
+        return UNSUPPORTED.format("this looks like a grid of circles")
+    if markers is None or not markers.in_every_cell:
         return ""
-    kind = "an AprilTag grid" if "APRILTAG" in markers.dictionary else "an ArUco grid"
+    kind = "AprilTag" if "APRILTAG" in markers.dictionary else "ArUco"
     count = f"{len(markers.numbers)} markers of {markers.dictionary}"
-    return UNSUPPORTED.format(f"this is {kind} ({count})")
+    return UNSUPPORTED.format(f"this is an {kind} grid ({count})")
 
 
 def charuco_reason(markers):
     """Description of an image that contains such Markers."""
-    count, name = len(markers.numbers), markers.dictionary
-    return f"{CHARUCO_REASON} ({count} ArUco markers of {name})"
+    count = f"{len(markers.numbers)} ArUco markers of {markers.dictionary}"
+    return f"this looks like a ChArUco board ({count})"
