@@ -345,6 +345,33 @@ def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
     return AdjustedLens(values, T, residuals, before, cost, normal)
 
 
+def start_without(formula, narrower, found, boards):
+    """Start (values, poses) of a model with some of the terms of an AdjustedLens: that
+    of smaller loss without a change of the others, or with the change that is best to
+    first order.
+
+    Terms may compensate each other, as a decentring does a shift of the centre and
+    rotations of all boards. If only the terms change, the corners move so far that the
+    loss counts them as outliers.
+    """
+    values, T, scales = found.values, found.T_camera_grid, found.scales
+    system = _system(formula, values, T, boards, "tukey", scales)
+    normal, _, solved, size, sizes = _reduced(system, MIN_DAMPING)
+    kept = np.array([name in narrower.names for name in formula.names])
+    step = -values * size
+    step[kept] = -np.linalg.lstsq(
+        normal[np.ix_(kept, kept)], normal[np.ix_(kept, ~kept)] @ step[~kept], 1e-15
+    )[0]
+    moved = values + step / size, _moved(T, -(solved[..., :-1] @ step) / sizes)
+    starts = [(formula.moved_to(narrower, v), P) for v, P in ((values, T), moved)]
+
+    def loss(start):
+        residuals = _residuals(narrower, *start, boards)
+        return _costs(residuals, boards, "tukey", scales).sum()
+
+    return min(starts, key=loss)
+
+
 def posed_residuals(formula, values, T_camera_grid, boards):
     """Residuals (n, M, 2) px at the poses with the smallest loss for given parameters,
     starting from T_camera_grid."""

@@ -22,6 +22,7 @@ from raxel.calibration.parametric.lens_bundle import (
     adjusted,
     board_information,
     posed_residuals,
+    start_without,
     tukey_pull,
 )
 from raxel.errors import CalibrationError
@@ -411,8 +412,8 @@ def _on_spheres(start, boards):
 
 def refitted(fit, formula, boards, loss, scales=None):
     """FormulaFit of another model, starting from the result of a fit."""
-    values = fit.formula.moved_to(formula, fit.result.values)
-    result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
+    start = start_without(fit.formula, formula, fit.result, boards)
+    result = adjusted(formula, *start, boards, loss, scales)
     return FormulaFit(formula, result)
 
 
@@ -498,6 +499,25 @@ def covariance_of(fit, boards):
     return clustered_covariance(
         normal * curved, gradient, max(variance, MIN_RESIDUAL_PX**2)
     )
+
+
+def error_covariance(fit, boards):
+    """Covariance (P, P) of the errors of the parameters, and factor of standard
+    deviations as in ClusteredCovariance.
+
+    Schwarz's criterion leaves out terms that the boards do not prove, and a lens may
+    have them. The next radial term counts as absent or unknown with equal probability.
+    It changes little, unless the boards determine the parameters by its absence only.
+    A free xi is such a term itself.
+    """
+    found = covariance_of(fit, boards)
+    if fit.formula.base == "unified":
+        return found.covariance, found.factor
+    wider = fit.formula._replace(radial=fit.formula.radial + 1)
+    values = fit.formula.moved_to(wider, fit.result.values)
+    other = covariance_of(FormulaFit(wider, fit.result._replace(values=values)), boards)
+    own = [wider.names.index(name) for name in fit.formula.names]
+    return (found.covariance + other.covariance[np.ix_(own, own)]) / 2, found.factor
 
 
 def free_of(fit, boards):

@@ -28,6 +28,7 @@ from raxel.calibration.parametric.lens_fit import (
     FormulaFit,
     GivenBoards,
     covariance_of,
+    error_covariance,
     fitted_law,
     free_of,
     held_out_squares,
@@ -357,7 +358,6 @@ def pupil_shift(fit, boards):
 
 
 LAWS = ("kannala-brandt", "unified")
-MAX_FOCAL_LENGTH_SD = 0.2  # standard deviation over focal length
 
 
 class WrongCorner(NamedTuple):
@@ -580,14 +580,7 @@ def _completed(proposal, boards, views, width, height):
     formula, result = proposal.fit
     # Copies: callers must not change the cached values.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
-    clustered = covariance_of(proposal.fit, boards)
-    spread = float(np.sqrt(clustered.estimated[0, 0]) / values[0])
-    if not spread < MAX_FOCAL_LENGTH_SD:
-        raise CalibrationError(
-            f"{formula.base}: the focal length has a standard deviation of "
-            f"{100 * spread:.0f} %; tilt the boards more, in more directions",
-            code="focal-length-not-determined",
-        )
+    covariance, factor = error_covariance(proposal.fit, boards)
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
     errors = distances > OUTLIER_SCALES * result.scales[:, None]
@@ -611,7 +604,7 @@ def _completed(proposal, boards, views, width, height):
         )
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
     return LensCalibration(
-        camera, poses, rms, formula, values, clustered.covariance, clustered.factor,
+        camera, poses, rms, formula, values, covariance, factor,
         wrong, proposal.pupil, proposal.board,
     )  # fmt: skip
 
@@ -686,7 +679,7 @@ def calibrate_pinhole(
         fx, fy, cx, cy, *radial = values[: len(PINHOLE.names)]
         K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         camera = PerspectiveCamera(K, radial, width, height)
-    clustered = covariance_of(fit, boards)
+    covariance, factor = error_covariance(fit, boards)
     return PinholeCalibration(
-        camera, poses, fit.formula, values, clustered.covariance, clustered.factor, test
+        camera, poses, fit.formula, values, covariance, factor, test
     )
