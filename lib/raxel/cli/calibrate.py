@@ -9,10 +9,11 @@ from raxel.cli import findings
 from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
-from raxel.errors import InputError
+from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import json_fields
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
     camera_lines,
     comparison_lines,
@@ -21,6 +22,7 @@ from raxel.evaluation.diagnoses import (
     summary,
 )
 from raxel.evaluation.distortion import MIN_N_BOARDS
+from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
@@ -54,7 +56,7 @@ def calibrate(options, say):
     except InputError as fault:
         # Wrong corners or points are corrected in the file that they are from.
         where = options.corners or options.points or f"{image_set.description}: views"
-        raise type(fault)(f"{where}: {fault}") from fault
+        raise type(fault)(f"{where}: {fault}", code=fault.code) from fault
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
     excluded = findings.of_left_out(result["left_out"])
@@ -89,12 +91,14 @@ def _calibrated(image_set, views, asked, say):
         show([line("chosen", words, result)])
     model = result["model"]
     say(f"{model}: fitting {len(views)} {words.target}s")
-    fitted = FITS[model](views, size, unit)
+    fitted = _fitted(model, views, size, unit, words)
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
+    images, used = _used(fitted, right.evaluation.images, right.views)
+    result["focal_length_sd_by_tilt"] = _focal_length_sd(fitted, images, used)
+    warnings += focal_length_warnings(result["focal_length_sd_by_tilt"], words)
     result["camera"] = json_fields.camera_fields(fitted.camera, views)
     result |= fitted.details | right.whole.fields()
     show(camera_lines(result, words))
-    images, used = _used(fitted, right.evaluation.images, right.views)
     found = misfit(images, used)
     result["misfit"] = found.fields()
     result |= right.fields(fitted.details.get("wrong_points", ()))
@@ -118,6 +122,24 @@ def _calibrated(image_set, views, asked, say):
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
     return result, warnings, fitted, right.whole, halves
+
+
+def _fitted(model, views, size, unit, words):
+    """Fitted model. Of boards that do not determine the focal length, tables have other
+    errors than lens models have: these are tested first."""
+    try:
+        return FITS[model](views, size, unit)
+    except CalibrationError:
+        if model in TABLES:
+            lens = FITS["kannala-brandt"](views, size, unit)
+            images = evaluate_camera(lens.camera, views, lens.shape).images
+            list(focal_length_warnings(_focal_length_sd(lens, images, views), words))
+        raise
+
+
+def _focal_length_sd(fitted, images, views):
+    scatter_px = misfit(images, views).scatter_px
+    return focal_length_sd(fitted.camera, images, views, fitted.shape, scatter_px)
 
 
 def _used(fitted, images, views):

@@ -74,6 +74,11 @@ DIAGNOSES = {
         "{files}: worse than the other {target}s: total " + MISFIT,
         "check their {point}s (if right: {subject})",
     ),
+    "focal-undetermined": (
+        "nearly parallel {target}s: their tilts determine the focal length only to "
+        "{sd_percent:.2g} % (SD)",
+        "tilt them by 20 to 45 degrees in different directions",
+    ),
     "parametric-misfit": (
         "{model} does not fit{scope}: " + MISFIT,
         "{untried}check for {bent}, rolling shutter, mixed cameras",

@@ -42,7 +42,7 @@ from raxel.calibration.linear.cgsp import (
 )
 from raxel.calibration.linear.standard import LinearSolution
 from raxel.calibration.pose.three_point import RayPose
-from raxel.calibration.views.correspondence import BoardView, check_tilts
+from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.dense import DenseView, sample_boards
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
@@ -110,7 +110,6 @@ def calibrate_cgsp(
     start = _start(coarse, side, pinhole, rng)
     start = _linear(samples, start.boards, side, pinhole, rng)
     growth = grown(coarse, start, rng)
-    check_tilts(growth.T_base_grid[:, :3, :3], "CGSP", needed=3)
     found = _adjusted(views, samples, growth) if adjust else _as_grown(samples, growth)
     return completed(views, width, height, units, samples, growth, found, chosen)
 

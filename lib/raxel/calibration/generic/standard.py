@@ -38,7 +38,7 @@ from raxel.calibration.linear.standard import (
     normalising_similarity,
     solve_grid_pairs,
 )
-from raxel.calibration.views.correspondence import BoardView, check_tilts, check_view
+from raxel.calibration.views.correspondence import BoardView, check_view
 from raxel.calibration.views.dense import BoardSamples, DenseView, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.errors import CalibrationError
@@ -223,7 +223,6 @@ def calibrate_compared(
             f"generic calibration: {failures[0]}", code=failures[0].code
         )
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
-    check_tilts(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
     centre = best.start.linear.centre
     samples = boards.samples
     poses, directions, _ = adjusted(

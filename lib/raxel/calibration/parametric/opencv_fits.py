@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.correspondence import BoardView, check_tilts, check_view
+from raxel.calibration.views.correspondence import BoardView, check_view
 from raxel.calibration.views.dense import DenseView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.cameras.lenses.perspective import PerspectiveCamera
@@ -77,7 +77,8 @@ def calibrate_zhang(
         If there is one view only, or corners of a view are not finite, fewer than six,
         or on a line.
     CalibrationError
-        If all boards are parallel (code ``parallel-grids``), or the fit is no camera.
+        If the fit is no camera. Parallel boards, which do not determine the focal
+        length, may lead to any camera: `raxel.evaluation.focal_length` tests them.
 
     Examples
     --------
@@ -135,7 +136,6 @@ def calibrate_zhang(
         )
     camera = PerspectiveCamera(K, radial, width, height)
     rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
-    check_tilts(rotations, "Zhang's method", needed=2)
     poses = pose(rotations, np.array(shifts).reshape(-1, 3))
     return ZhangCalibration(camera, poses, float(rms))
 

@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.sets.model import check_sd
 
@@ -80,39 +80,6 @@ def _add(of_pixel, x, y, z, weight):
     of_pixel[6] += weight * x
     of_pixel[7] += weight * y
     of_pixel[8] += weight * z
-
-
-# Parallel boards leave the camera undetermined, whatever the fit.
-
-
-MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
-
-
-def check_tilts(rotations, method, needed):
-    """Raise CalibrationError without ``needed`` (2 or 3) boards tilted pairwise.
-
-    rotations: (n, 3, 3) of the fitted boards in any common frame; method: for the
-    message. Parallel boards share one vanishing line, so with any fitted focal length
-    or centre they remain parallel: the poses suffice for the test. A distant centre
-    leaves the tilts to the noise, and one or two boards may appear tilted by chance,
-    but not three pairwise.
-    """
-    normals = rotations[:, :, 2]
-    cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
-    angles = np.degrees(np.arccos(cosine))
-    separation = angles >= MIN_TILT_DEG
-    pairs = separation.astype(int)
-    found = separation if needed == 2 else separation & (pairs @ pairs > 0)
-    if not found.any():
-        what = "parallel boards"
-        if angles.max() >= MIN_TILT_DEG:
-            what += ", or no single centre"
-        widest = f"widest pair {angles.max():.1f}"
-        raise CalibrationError(
-            f"{method}: fewer than {needed} boards are tilted against each other by "
-            f"{MIN_TILT_DEG:.0f} degrees ({what}, {widest}); tilt them more",
-            code="parallel-grids",
-        )
 
 
 # Images with the same view of the board, such as frames of a video. They share the
