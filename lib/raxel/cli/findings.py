@@ -64,10 +64,8 @@ def of_pixels(monitor):
 
 def of_pitch(target):
     """A warning where the pitch of a chessboard is stated in metres, it seems."""
-    pitch = getattr(target, "pitch_mm", None)
-    if pitch is None or pitch >= MIN_PITCH_MM:
-        return []
-    return [diagnosis("small-pitch", pitch_mm=pitch)]
+    pitch = getattr(target, "pitch_mm", None) or MIN_PITCH_MM
+    return [diagnosis("small-pitch", pitch_mm=pitch)] * (pitch < MIN_PITCH_MM)
 
 
 def of_cut_boards(boards, image_set):
