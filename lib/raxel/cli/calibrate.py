@@ -18,6 +18,7 @@ from raxel.evaluation.diagnoses import (
     camera_lines,
     comparison_lines,
     explained,
+    known,
     line,
     summary,
 )
@@ -94,8 +95,9 @@ def _calibrated(image_set, views, asked, say):
     fitted = _fitted(model, views, size, unit, words)
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
     images, used = _used(fitted, right.evaluation.images, right.views)
-    result["focal_length_sd_by_tilt"] = _focal_length_sd(fitted, images, used)
-    warnings += focal_length_warnings(result["focal_length_sd_by_tilt"], words)
+    sd = _focal_length_sd(fitted, images, used)
+    result["focal_length_sd_by_tilt"] = known(sd)
+    warnings += focal_length_warnings(sd, words)
     result["camera"] = json_fields.camera_fields(fitted.camera, views)
     result |= fitted.details | right.whole.fields()
     show(camera_lines(result, words))

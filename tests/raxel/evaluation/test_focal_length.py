@@ -58,8 +58,8 @@ def test_parallel_boards_are_rejected(common_deg):
 
 
 def test_sd_of_hardly_tilted_boards_is_that_of_focal_lengths():
+    sd = sd_of(TRUE, views_of(turned(10, 0, 3)))
     views = views_of(turned(10, 0, 3), noise=0.0)
-    sd = sd_of(TRUE, views)
     (found,) = focal_length_warnings(sd, BOARDS)
     assert "20 to 45 degrees" in found.what_to_do
     poses = np.array([i.T_camera_grid for i in evaluate_camera(TRUE, views).images])
