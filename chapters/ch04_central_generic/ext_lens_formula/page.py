@@ -146,7 +146,7 @@ def known_lenses(effort):
 # - **Where the models end.** They require an axis. A mirror far from the axis, a window
 #   in front of the lens and a bent mirror sheet need individual rays.
 # - **Undetermined cases.** One board, or parallel boards in front of a narrow lens, do
-#   not determine the focal length. The fit reports this.
+#   not determine the focal length. `raxel calibrate` rejects them.
 #
 # ## Summary
 #
