@@ -101,7 +101,8 @@ from repro.run import Plan, experiment
 #    has rectified the patch. Its standard deviation comes from the noise, the
 #    agreement of opposite edges and the patch's 180-degree symmetry.
 # 7. **Verdict.** A board is returned under these conditions. It has the given size,
-#    and two thirds of each row and column are visible. Two thirds of all corners have
+#    and two thirds of each row and column are visible, or two thirds of the board with
+#    three outer corners and half of each side. Two thirds of all corners have
 #    a standard deviation below a third of a pixel and edges that meet in one point.
 #    Other corners are excluded. Without a given size, every side must be complete and
 #    end inside the image. Everything else is rejected with a reason and the ordered
@@ -187,8 +188,9 @@ def zoo(effort):
 #   one unless its size is given.
 # - **Other lattices.** A tiled floor is a chessboard too. With a second complete
 #   lattice in view, the size must be given.
-# - **Small squares.** The ring needs corners about 6 px apart. Boards are returned
-#   from 7.5 px on, since blur displaces the corners of smaller squares.
+# - **Small squares.** The ring needs corners about 4 px apart. Blur displaces the
+#   outer corners of squares below four times its standard deviation. Their predicted
+#   standard deviation includes this shift.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_click_free_refusals")

@@ -36,7 +36,7 @@ from raxel.sets import Chessboard, ImageSet, View, load_set, write_set
 
 LENS = "coolpix-fce8-zoom-3"
 BORDER_MM = 7.5
-# The detector rejects corners less than 7.5 px apart; the limit here is larger.
+# Corners closer than about 5 px are imprecise; the limit here is larger.
 VISIBLE = Visibility(margin_px=4.0, least_spacing_px=8.0)
 # Largest deviation of a hand-held board from its planned pose, to either side.
 POLAR_DEG, AZIMUTH_DEG, TILT_DEG, NEARER = 2.0, 5.0, 5.0, 0.05

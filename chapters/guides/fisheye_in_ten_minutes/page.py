@@ -147,8 +147,8 @@ def ext_calibration_record(effort):
 # Print a chessboard on A4 and glue it to something flat, such as glass or a stiff
 # board. The board here has 17 × 12 inner corners at a pitch of 15 mm. Fine squares
 # allow positions near the edge of the image circle. A square should be at least 15 px
-# wide in the image. The detector rejects squares below 7.5 px. Measure the printed
-# pitch with a ruler.
+# wide in the image. Corners of squares below about 5 px are imprecise or not found.
+# Measure the printed pitch with a ruler.
 #
 # Install `raxel` from a copy of the repository with `pip install .` (`make setup`
 # creates it, too: `.venv/bin/raxel`). This script writes a board:

@@ -84,15 +84,13 @@ def test_half_occluded_side_is_rejected():
     assert "5 of 9 missing in column 1 from its left side" in turned.reason
 
 
-@pytest.mark.parametrize("gone", [(0, 1, 2, 3), (2, 3, 4, 5)])
-def test_known_size_allows_half_of_a_side_missing(gone):
+def test_known_size_allows_half_of_a_side_missing():
     board = drawn("straight")
-    image = covered(board, *gone)
+    image = covered(board, 0, 1, 2, 3)
     found = find_board(image, 9, 6)
     assert np.count_nonzero(np.isnan(found.corners[:, 0])) == 4
     assert np.nanmax(errors(found, board.corners())[0]) < 0.2
     assert not find_board(image, 9, 5).found
-    assert not find_board(image).found
 
 
 def test_known_size_counts_missing_corners_of_whole_board():
