@@ -338,9 +338,9 @@ def _inner_outer_difference(fits, follows, moved, window, level):
 
     In SDs of the level's noise alone. The inner and the outer part of the edges
     determine the corner independently. They follow a shift of the window, which noise
-    moves, by different amounts. In the window of a small square they differ by less
-    than noise moves the corner; aliasing, which moves it by as much as they differ, is
-    then measured in SDs of the corner. Point-symmetric disturbances (blur, motion blur,
+    moves, by different amounts. In the window of a small square noise moves both
+    alike, but aliasing does not: their difference is then in SDs of that of two parts
+    with the SD of the corner each. Point-symmetric disturbances (blur, motion blur,
     thick ink, clipped whites, edges that cross at a sharp angle) move neither.
 
     fits, follows: `influences` and responses of the two parts; moved: see
@@ -349,7 +349,7 @@ def _inner_outer_difference(fits, follows, moved, window, level):
     (inner, inner_moved), (outer, outer_moved) = fits
     shifted = np.einsum("nab,nbkc->nakc", follows[0] - follows[1], moved)
     noise = variances(inner_moved - outer_moved - shifted, window, level)
-    scale = np.maximum(noise, variances(moved, window, level)) + 1e-12
+    scale = np.maximum(noise, 2 * variances(moved, window, level)) + 1e-12
     return np.sqrt(((inner - outer) ** 2 + scale - noise) / scale)
 
 
