@@ -83,32 +83,13 @@ def find_board(
     grey = as_8_bit(image)
     if min(grey.shape) < 16:
         return rejected(columns, rows, "image below 16 x 16 px")
-    detection = _search_scales(image, columns, rows)
+    detection = _search(image, columns, rows)
     return detection if detection.found else with_marker_hint(detection, grey)
 
 
-def _search_scales(image, columns, rows):
-    """The Detection in the image, or in its halved copy where that has more corners.
-
-    The windows of the corner fit are too small for an image without detail at the scale
-    of its pixels, as of digital zoom.
-    """
-    detection = _search(image, as_8_bit(image), columns, rows)
-    half = None if detection.found and not detection.missing else halved(image)
-    if half is None:
-        return detection
-    other = _search_scales(half, columns, rows)
-    same = (detection.columns, detection.rows) == (other.columns, other.rows)
-    fewer = detection.found and same and other.missing < detection.missing
-    if other.found and (fewer or not detection.found):
-        # Pixel centres are at integers.
-        return other._replace(corners=2 * other.corners + 0.5, sd=2 * other.sd)
-    return detection
-
-
-def _search(image, grey, columns, rows):
+def _search(image, columns, rows):
     known = columns is not None and rows is not None
-    result = search_image(grey, (columns, rows) if known else None)
+    result = search_image(as_8_bit(image), (columns, rows) if known else None)
     if not result.grids:
         size_text = (
             f"of {columns} x {rows} interior corners" if known else "of any size"
@@ -117,10 +98,33 @@ def _search(image, grey, columns, rows):
         reason = (
             f"no board {size_text}: {count} corners detected, but no lattice of them"
         )
-        return rejected(columns, rows, reason)
-    if not known:
-        return _unknown_size(result, image)
-    return _known_size(result, image, columns, rows)
+        detection = rejected(columns, rows, reason)
+    elif known:
+        detection = _known_size(result, image, columns, rows)
+    else:
+        detection = _unknown_size(result, image)
+    return _with_more_corners(detection, result, image, columns, rows)
+
+
+def _with_more_corners(detection, result, image, columns, rows):
+    """The Detection, or that in the halved image if that has more corners.
+
+    For boards that are not complete. The windows of the corner fit are too small for
+    an image without detail at the scale of its pixels, as of digital zoom.
+    """
+    complete = detection.found and not detection.missing
+    if complete or any(shape_fault(grid, result.levels[0]) for grid in result.grids):
+        return detection
+    half = halved(image)
+    if half is None:
+        return detection
+    other = _search(half, columns, rows)
+    same = (detection.columns, detection.rows) == (other.columns, other.rows)
+    fewer = detection.found and same and other.missing < detection.missing
+    if other.found and (fewer or not detection.found):
+        # Pixel centres are at integers.
+        return other._replace(corners=2 * other.corners + 0.5, sd=2 * other.sd)
+    return detection
 
 
 def _verdicts(result, image, known_size):
