@@ -602,18 +602,23 @@ def is_nearly_complete(grid, known_size=False):
 
     At most one in MIN_CORNERS_PER_MISSING of each row and column may be missing. For a
     known size, a grid with three outer corners and MIN_ROW_FRACTION of each side ends
-    where the board does: so many of all its corners may be missing.
+    where the board does: one row or column may have more missing, if so many of all
+    corners are known. Incomplete lattices of cloth and screens have several such rows.
     """
-    known = grid.known
-    if min(known.shape) < MIN_N_SIDE_CORNERS:
+    missing = ~grid.known
+    if min(missing.shape) < MIN_N_SIDE_CORNERS:
         return False
-    lines = [(~known).mean(axis=axis) for axis in (0, 1)]
-    sides = known[0], known[-1], known[:, 0], known[:, -1]
-    ends = known[[0, 0, -1, -1], [0, -1, 0, -1]]
-    half_of_sides = min(side.mean() for side in sides) >= MIN_ROW_FRACTION
-    if known_size and ends.sum() >= MIN_N_OUTER_CORNERS and half_of_sides:
-        lines = [(~known).mean(keepdims=True)]
-    return all((MIN_CORNERS_PER_MISSING * line <= 1).all() for line in lines)
+    rows, columns = (missing.mean(axis=axis) for axis in (1, 0))
+    empty = MIN_CORNERS_PER_MISSING * np.concatenate([rows, columns]) > 1
+    sides = rows[[0, -1]], columns[[0, -1]]
+    outer = ~missing[[0, 0, -1, -1], [0, -1, 0, -1]]
+    ends_known = (
+        known_size
+        and outer.sum() >= MIN_N_OUTER_CORNERS
+        and np.max(sides) <= 1 - MIN_ROW_FRACTION
+        and MIN_CORNERS_PER_MISSING * missing.mean() <= 1
+    )
+    return bool(empty.sum() <= ends_known)
 
 
 def trimmed(grid):
