@@ -176,4 +176,6 @@ def load_camera(path: str | PathLike[str]) -> Camera:
         such camera can have. The message names file and field.
     """
     with CameraFile(path, CAMERAS) as file:
-        return file.camera()
+        camera = file.camera()
+        camera.board = file.board()
+        return camera

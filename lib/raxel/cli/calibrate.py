@@ -11,7 +11,11 @@ from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import json_fields
-from raxel.evaluation.board_corners import board_corners, without_wrong_corners
+from raxel.evaluation.board_corners import (
+    at_nominal_positions,
+    board_corners,
+    without_wrong_corners,
+)
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
@@ -93,7 +97,7 @@ def _calibrated(image_set, views, asked, say):
     model = result["model"]
     say(f"{model}: fitting {len(views)} {words.target}s")
     fitted = _fitted(model, views, size, unit, words)
-    right = without_wrong_corners(fitted.camera, views, fitted.shape)
+    fitted, right, corners = _with_corners(fitted, model, views, size, unit, say)
     images, used = _used(fitted, right.evaluation.images, right.views)
     sd = _focal_length_sd(fitted, images, used)
     result["focal_length_sd_by_tilt"] = known(sd)
@@ -111,8 +115,6 @@ def _calibrated(image_set, views, asked, say):
     right_px = right.evaluation.rms_px
     lenses = "" if asked == "auto" else "try --model kannala-brandt or unified, "
     warnings += findings.warnings_of(result, right_px, words, lenses)
-    whole = _used(fitted, right.whole.images, views)
-    corners = board_corners(fitted.camera, *whole, fitted.shape)
     halves = split_half(fitted.camera, images, used, fitted.shape)
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
@@ -123,6 +125,9 @@ def _calibrated(image_set, views, asked, say):
     values["explained"] = any(explained(each, found.rms_px) for each in warnings)
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
+    if fitted.shape:
+        board = "unit", "board_shape", "board_corners"
+        fitted.camera.board = {key: result[key] for key in board}
     return result, warnings, fitted, right.whole, halves
 
 
@@ -142,6 +147,22 @@ def _fitted(model, views, size, unit, words):
 def _focal_length_sd(fitted, images, views):
     scatter_px = misfit(images, views).scatter_px
     return focal_length_sd(fitted.camera, images, views, fitted.shape, scatter_px)
+
+
+def _with_corners(fitted, model, views, size, unit, say):
+    """(Fitted, its WrongCorners, BoardCorners), fitted again with displaced corners
+    of the board where halves of the images support them."""
+    right = without_wrong_corners(fitted.camera, views, fitted.shape)
+    scores = right.whole.images
+    corners = board_corners(fitted.camera, *_used(fitted, scores, views), fitted.shape)
+    if corners and corners.used:
+        say(f"{model}: fitting again, with the displaced corners of the board")
+        fitted = fitted._replace(corners=(views[0].points, corners.offsets))
+        nominal = at_nominal_positions(fitted.camera, scores, views, fitted.shape)
+        again = FITS[model](nominal, size, unit)
+        fitted = again._replace(corners=fitted.corners)
+        right = without_wrong_corners(fitted.camera, views, fitted.shape)
+    return fitted, right, corners
 
 
 def _used(fitted, images, views):

@@ -259,7 +259,8 @@ PROGRAM = Program(
                 "FILE",
                 "Result: camera, residuals, misfit, split-half stability, "
                 "beyond_boards (predicted error outside the covered area), "
-                "board_corners (deviations from the nominal positions), warnings.",
+                "board_corners (deviations from the nominal positions and whether the "
+                "fit uses them), warnings.",
             ),
             _option(
                 "--report",
@@ -288,7 +289,7 @@ PROGRAM = Program(
                 file_name,
                 "FILE",
                 "Board shape estimated by 'raxel calibrate --json' with the same "
-                "board.  [default: as stated in set.yaml]",
+                "board.  [default: that in CAMERA, or as stated in set.yaml]",
             ),
             _option(
                 "--stage",

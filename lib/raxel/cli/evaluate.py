@@ -6,13 +6,16 @@ from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
+from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.evaluation.json_fields import read_shape
 from raxel.evaluation.misfit import misfit
+from raxel.io.files import read_json
 from raxel.sets import load_set
 from raxel.sets.model import words_of
 
 UNMARKED = "all: no view is marked evaluate"
+AS_SPECIFIED = {"board_shape": None}  # the board of a camera file without one
 
 
 def evaluate(options, say):
@@ -34,13 +37,21 @@ def evaluate(options, say):
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, 1, "an evaluation")
     unit, words = image_set.target.unit, words_of(image_set.target)
-    shape = options.board and read_shape(options.board, unit, seen.views)
+    lines, shape = [*seen.lines()], None
+    source, board = options.board or options.camera, camera.board or AS_SPECIFIED
+    board = read_json(options.board) if options.board else board
+    try:
+        shape = read_shape(board, source, unit, seen.views)
+    except InputError as fault:
+        if options.board:
+            raise
+        lines.append(f"board of the camera not used: {fault}")
     right = without_wrong_corners(camera, seen.views, shape)
     found = misfit(right.evaluation.images, right.views)
     result = {
         "set": image_set.name,
         "camera": options.camera,
-        "board": "as stated" if shape is None else options.board,
+        "board": "as stated" if shape is None else source,
         "views_scored": "marked evaluate" if marked else UNMARKED,
         **right.whole.fields(),
         **seen.fields(),
@@ -53,13 +64,18 @@ def evaluate(options, say):
     warnings += findings.misfit_warnings(found, "camera-misfit", words)
     if found.large and shape is None:
         warnings.append(diagnosis("bent-board", words))
-    lines = [*seen.lines()]
     if not marked:
         lines.insert(0, f"no view is marked evaluate: all {len(views)} are scored")
-    if options.board:
-        used = "as specified, like in" if shape is None else "with the shape of"
-        lines.append(f"{words.target}s {used} {options.board}")
-    for text in (*lines, score_text(result, words)):
+    if shape:
+        lines.append(f"{words.target}s with the shape of {source}")
+    elif options.board:
+        lines.append(f"{words.target}s as specified, like in {source}")
+    lines.append(score_text(result, words))
+    if shape:
+        result["as_specified"] = evaluate_camera(camera, seen.views).totals()
+        text = score_text(result["as_specified"], words)
+        lines.append(f"{words.target}s as specified: {text}")
+    for text in lines:
         print(f"{image_set.name}: {text}")
     result |= findings.reported(warnings)
     write_results(options, result)

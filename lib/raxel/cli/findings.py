@@ -175,17 +175,19 @@ def agreement_warnings(corners, halves, fitted, unit, words):
     if corners and not corners.as_stated:
         row, column = divmod(corners.worst, corners.columns)
         offset, sd = corners.distance
+        tests = {"rays_px": corners.rays_px, "p_value": corners.p_value}
+        if corners.used:
+            tests = corners.fields()["held_out_px"]
         yield diagnosis(
-            "point-positions",
+            "displaced-points" if corners.used else "point-positions",
             words,
-            scope=" on the fitted shape" if fitted.shape else "",
+            scope=" on the fitted shape" if fitted.board and fitted.board.used else "",
             column=column,
             row=row,
             offset=offset,
             sd=sd,
             unit=unit,
-            rays_px=corners.rays_px,
-            p_value=corners.p_value,
+            **tests,
         )
     if halves and not halves.stable:
         yield _instability(halves, words)

@@ -15,6 +15,7 @@ from raxel.calibration import (
     calibrate_spline,
 )
 from raxel.calibration.parametric.lens_formula import BoardTest, calibrate_pinhole
+from raxel.calibration.views.correspondence import displaced
 from raxel.cameras.core.base import Camera
 from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.diagnoses import known
@@ -24,16 +25,19 @@ SEED = 0
 
 class Fitted(NamedTuple):
     """camera; details: a dict for the result, with `left_out`: [{file, reason}]; board:
-    BoardTest of the board's shape, None where it was not tested."""
+    BoardTest of the board's shape, None where it was not tested; corners: nominal
+    positions and displacements of the corners, None where the fit took none."""
 
     camera: Camera
     details: dict
     board: BoardTest | None = None
+    corners: tuple | None = None
 
     @property
     def shape(self):
         """The BoardShape that the fit took, None for a board as specified."""
-        return self.board.taken if self.board and self.board.used else None
+        taken = self.board.taken if self.board and self.board.used else None
+        return displaced(taken, *self.corners) if self.corners else taken
 
     @property
     def unused(self):

@@ -20,7 +20,12 @@ group itself determines (B. Efron and C. Morris 1973,
 doi:10.1080/01621459.1973.10481350).
 
 A detector with the same error on each board, e.g. at its edge, has the same effect. So
-has a lens that the model does not fit, if all boards have similar poses.
+has a lens that the model does not fit, if all boards have similar poses. Therefore a
+fit uses displacements (K. H. Strobl and G. Hirzinger 2011,
+doi:10.1109/ICCVW.2011.6130369) only where halves of the images support them, by all
+divisions of the split-half test: each half determines a correction of the camera and
+displacements of its own. With these it should predict the boards of the other half
+better, and the rays of both halves should agree better, than without displacements.
 """
 
 from collections import Counter
@@ -29,7 +34,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.views.correspondence import board_points
 from raxel.evaluation.cross_validation import Evaluation, evaluate_camera
+from raxel.evaluation.diagnoses import known
 from raxel.evaluation.distortion import (
     MIN_N_BOARDS,
     image_equations,
@@ -39,10 +46,12 @@ from raxel.evaluation.distortion import (
     within_groups,
 )
 from raxel.evaluation.misfit import correction_fields, rms_moved, seen_on
+from raxel.evaluation.split_half import MIN_N_PIXELS, UNKNOWN_SD_PX, halves_of
+from raxel.geometry.poses import transform
 
 P_THRESHOLD = 1e-4  # p-value, times the number of groups
 DEGREE_LIMITS = (-1, 2, 3, 5, 8, np.inf)  # limits of the groups
-MAX_N_MODES = 80  # along each axis, the smoothest first
+MAX_N_MODES = 108  # along each axis, the smoothest first
 
 
 class BoardCorners(NamedTuple):
@@ -52,7 +61,11 @@ class BoardCorners(NamedTuple):
     deviations; 0 where no group of displacements is significant; p_value: of the most
     significant group, under the nominal positions, times the number of groups; rays_px:
     RMS by which these offsets move the rays of a lens that is free to follow them,
-    after the best rotation, in the area of the boards; columns: of the lattice.
+    after the best rotation, in the area of the boards; columns: of the lattice; pitch:
+    its squares' side. held_out_px: RMS distance of boards predicted by the other half
+    of the images, halves_px: RMS difference between the rays of both; each for the
+    nominal and for the displaced positions, the median of all divisions; NaN where no
+    group is significant.
     """
 
     offsets: np.ndarray
@@ -60,6 +73,16 @@ class BoardCorners(NamedTuple):
     p_value: float
     rays_px: float
     columns: int
+    pitch: float = np.nan
+    held_out_px: tuple = (np.nan, np.nan)
+    halves_px: tuple = (np.nan, np.nan)
+
+    @property
+    def used(self):
+        """Whether both tests on halves support the displacements."""
+        return all(
+            after < before for before, after in (self.held_out_px, self.halves_px)
+        )
 
     @property
     def as_stated(self):
@@ -85,8 +108,11 @@ class BoardCorners(NamedTuple):
 
     def fields(self):
         """The positions for JSON; corners are numbered row by row."""
-        keys = "as_stated", "p_value", "rays_px", "worst"
+        keys = "as_stated", "p_value", "rays_px", "worst", "used", "columns", "pitch"
         found = {key: getattr(self, key) for key in keys}
+        for key in ("held_out_px", "halves_px"):
+            before, after = map(known, getattr(self, key))
+            found[key] = {"nominal": before, "displaced": after}
         return found | {"offsets": self.offsets.tolist(), "sd": self.sd.tolist()}
 
 
@@ -110,26 +136,81 @@ def board_corners(camera, scores, views, shape=None):
     view = pairs[0][1]
     absorbed, modes, degree = _displacements(view)
     moves = np.concatenate([absorbed, modes], axis=2)
-    equations = image_equations(camera, pairs, shape, _counted(pairs), fields, moves)
-    taken, normal, right = _without_first(*equations[:2], len(degree))
-    variance = equations[2]
+    counted = _counted(pairs)
+    whole = image_equations(camera, pairs, shape, counted, fields, moves)
+    taken, normal, right = _without_first(*whole[:2], len(degree))
     groups = [
         (degree > low) & (degree <= high) for low, high in pairwise(DEGREE_LIMITS)
     ]
     groups = [own for own in groups if own.any()]
-    tests = [_tested(normal, right, own, variance) for own in groups]
-    least = min(p_value for p_value, _ in tests)
-    shown = [
-        (own, within)
-        for own, (p_value, within) in zip(groups, tests, strict=True)
-        if p_value < P_THRESHOLD / len(groups)
-    ]
-    mean, covariance = _estimated(normal.sum(axis=0), right.sum(axis=0), shown)
-    sd = np.sqrt(np.einsum("kam,mn,kan->ka", modes, covariance, modes, optimize=True))
-    seen = np.any([seen_on(each, camera, fields.pixels) for _, each in pairs], axis=0)
-    rays = rms_moved(fields, seen, (taken @ mean)[: fields.shapes.shape[2]])
-    p_value = min(1.0, len(groups) * least)
-    return BoardCorners(modes @ mean, sd, p_value, rays, view.columns)
+    tests = [_tested(normal, right, own, whole[2]) for own in groups]
+    p_values, variances, ratios = zip(*tests, strict=True)
+    p_value = min(1.0, len(groups) * min(p_values))
+    prior = np.transpose(groups) @ ratios * (p_value <= P_THRESHOLD)
+    normal, right = normal.sum(axis=0), right.sum(axis=0)
+    mean = _posterior(normal, right, prior)
+    covariance = _posterior(normal, np.eye(len(degree)), prior)
+    spread = modes * np.sqrt(np.transpose(groups) @ variances)
+    sd = np.sqrt(np.einsum("kam,mn,kan->ka", spread, covariance, spread, optimize=True))
+    seen = np.array([seen_on(each, camera, fields.pixels) for _, each in pairs])
+    n_fields = fields.shapes.shape[2]
+    rays = rms_moved(fields, seen.any(axis=0), (taken @ mean)[:n_fields])
+    pitch = float(np.linalg.norm(view.points[1] - view.points[0]))
+    found = BoardCorners(modes @ mean, sd, p_value, rays, view.columns, pitch)
+    if found.as_stated:
+        return found
+    free = np.full(len(taken), np.ptp(view.points, axis=0).max() ** 2)
+    free[:n_fields] = UNKNOWN_SD_PX**2
+    priors = [np.concatenate([free / whole[2], own]) for own in (0 * prior, prior)]
+    squares, differences = _halves_tested(whole, priors, pairs, fields, seen)
+    held_out = np.sqrt(squares / np.count_nonzero(counted))
+    return found._replace(held_out_px=tuple(held_out), halves_px=tuple(differences))
+
+
+def _halves_tested(equations, priors, pairs, fields, seen):
+    """(2, 2): squares of the residuals of boards that the other half predicts, px^2,
+    and RMS difference between the rays of halves, px, by each of the priors; medians of
+    all divisions. seen (n, N) bool: pixels of the fields on each board."""
+    normal, right, _, squares = equations
+    found = []
+    for _, first in halves_of(pairs):
+        both = seen[first].any(axis=0) & seen[~first].any(axis=0)
+        if np.count_nonzero(both) < MIN_N_PIXELS:
+            continue
+        tested = []
+        for prior in priors:
+            sums = [
+                (normal[k].sum(axis=0), right[k].sum(axis=0)) for k in (first, ~first)
+            ]
+            one, other = (_posterior(*each, prior) for each in sums)
+            by_other = np.where(first[:, None], other, one)
+            moved = np.einsum("nij,nj->ni", normal, by_other) - 2 * right
+            left = np.sum(squares) + np.sum(by_other * moved)
+            change = (one - other)[: fields.shapes.shape[2]]
+            tested.append((left, rms_moved(fields, both, change)))
+        found.append(np.transpose(tested))
+    return np.median(found or [np.full((2, 2), np.nan)], axis=0)
+
+
+def at_nominal_positions(camera, scores, views, board):
+    """The views as they would be if no corner were displaced.
+
+    The pixels of corners are moved by what their displacements do to the image, at the
+    poses of their ImageScores; so any fit can use displacements. board: BoardShape with
+    displaced corners.
+    """
+    moved, flat = [], board._replace(corners=None)
+    for score, view in zip(scores, views, strict=True):
+        if score.T_camera_grid is not None:
+            nominal, seen = (
+                camera.project(
+                    transform(score.T_camera_grid, board_points(view.points, each))
+                ).pixels
+                for each in (flat, board)
+            )
+            view = view._replace(pixels=view.pixels + np.nan_to_num(nominal - seen))
+        moved.append(view)
+    return moved
 
 
 def _displacements(view):
@@ -186,30 +267,26 @@ def _without_first(normal, right, count):
 
 
 def _tested(normal, right, own, variance):
-    """(p-value, variance of a coordinate that explains how images differ) of own (M,)
-    displacements, by the equations of each image."""
+    """(p-value, variance of a coordinate that explains how images differ, variance of
+    the prior over that) of own (M,) displacements, by the equations of each image."""
     from scipy.stats import f as fisher
 
     normal, right = normal[:, own][:, :, own], right[:, own]
     within, freedom = within_groups(normal, right, [np.ones(len(right), bool)])
-    root, _ = inverse_root(normal.sum(axis=0))
-    within = float(max(within, variance))
-    ratio = np.mean((root.T @ right.sum(axis=0)) ** 2) / within
-    return float(fisher.sf(ratio, freedom / (len(right) - 1), freedom)), within
+    within, normal, joint = max(within, variance), normal.sum(axis=0), right.sum(axis=0)
+    root, _ = inverse_root(normal)
+    ratio = np.mean((root.T @ joint) ** 2) / within
+    p_value = float(fisher.sf(ratio, freedom / (len(right) - 1), freedom))
+    # As wide as the squares of the displacements show.
+    prior = max(joint @ joint / within - np.trace(normal), 0.0) / np.sum(normal**2)
+    return p_value, within, prior
 
 
-def _estimated(normal, right, groups):
-    """Mean (M,) and covariance (M, M) of displacements, those of other groups being 0;
-    the prior of each is as wide as its squares show. groups: (own, variance)."""
-    prior = np.zeros(len(normal))
-    for own, variance in groups:
-        block, shown = normal[np.ix_(own, own)], right[own]
-        excess = shown @ shown - variance * np.trace(block)
-        prior[own] = max(excess, 0.0) / np.sum(block**2)
-    variance = max((each for _, each in groups), default=1.0)
-    system = np.eye(len(normal)) + prior[:, None] * normal / variance
-    covariance = np.linalg.solve(system, np.diag(prior))
-    return covariance @ right / variance, covariance
+def _posterior(normal, right, prior):
+    """Mean (M,) of parameters with independent priors of mean 0; prior (M,): their
+    variances over that of scatter."""
+    system = np.eye(len(prior)) + prior[:, None] * normal
+    return np.linalg.solve(system, (prior * right.T).T)
 
 
 # Outlier corners: those that do not fit although their neighbours do. A model misfit, a

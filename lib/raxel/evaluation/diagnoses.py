@@ -65,6 +65,12 @@ DIAGNOSES = {
         "{p_value:.2g})",
         "measure the {target}, use a stiff one",
     ),
+    "displaced-points": (
+        "{point}s deviate from nominal positions{scope}: column {column}, row {row} by "
+        "{offset:.2g} +- {sd:.1g} {unit}, used in the fit (held-out RMS {nominal:.3g| "
+        "px}, {displaced:.3g| px} with it)",
+        "use a stiff {target}",
+    ),
     "non-central-rays": (
         "rays miss a common point by {distance:.2g} {unit} RMS (at least "
         "{at_least:.2g} {unit}, p = {p_value:.2g})",
@@ -107,7 +113,7 @@ DIAGNOSES = {
     "board-shape": (
         "the {target} is not as specified: {shape}, fitted with the camera (held-out "
         "RMS {flat_px:.3g| px}, {shaped_px:.3g| px} with it)",
-        "measure it, use evaluate --board",
+        "measure it (raxel evaluate uses this shape)",
     ),
     "outlier-points": (
         "{count} {points} ({percent:.1f} %) excluded as outliers: {files}",
@@ -273,7 +279,10 @@ SUMMARY = {
         "{point} positions",
         "{point} {worst} (row by row, from 0) deviates by {offset:.2g} {unit}, all by "
         "{rms:.2g} {unit} RMS; this moves rays by {rays_px:.2g} px RMS (p = "
-        "{p_value:.2g})",
+        "{p_value:.2g}); {state}: RMS of boards predicted by the other half of the "
+        "images {held_out_px[nominal]:.3g| px}, {held_out_px[displaced]:.3g| px} with "
+        "it, rays of halves differ by {halves_px[nominal]:.2g| px}, "
+        "{halves_px[displaced]:.2g| px} with it",
     ),
     "halves": (
         "split-half test",
@@ -527,6 +536,7 @@ def points_line(
     rms = math.sqrt(sum(size**2 for size in sizes) / len(sizes))
     code = "points-nominal" if found["as_stated"] else "points-deviate"
     deviation = {"offset": sizes[found["worst"]], "rms": rms}
+    deviation["state"] = "used" if found["used"] else "not used"
     return line(code, words, found, lengths, deviation)
 
 

@@ -348,12 +348,13 @@ def near_corners(pairs):
 
 
 def image_equations(camera, pairs, shape, corners, fields, moves=None):
-    """(normal (n, K, K), right (n, K), variance) of images, for shared parameters.
+    """(normal (n, K, K), right (n, K), variance, squares (n,)) of images, for shared
+    parameters.
 
     The parameters are factors of CorrectionFields and, after these, of displacements
     (N, 3, M) of the board's points, in its frame: moves. variance: of a coordinate
-    about the joint solution; corners: (N,) bool of each view, those that count; shape:
-    BoardShape or None.
+    about the joint solution; squares: of the residuals, px^2; corners: (N,) bool of
+    each view, those that count; shape: BoardShape or None.
     """
     squares, free = [], 0
     for (score, view), own in zip(pairs, corners, strict=True):
@@ -376,7 +377,7 @@ def image_equations(camera, pairs, shape, corners, fields, moves=None):
     root, _ = inverse_root(whole[:-1, :-1])
     left = whole[-1, -1] - np.sum((root.T @ whole[:-1, -1]) ** 2)
     variance = max(left / max(free - root.shape[1], 1), MIN_SD_PX**2)
-    return squares[:, :-1, :-1], squares[:, :-1, -1], variance
+    return squares[:, :-1, :-1], squares[:, :-1, -1], variance, squares[:, -1, -1]
 
 
 def inverse_root(normal):

@@ -53,7 +53,7 @@ def focal_length_sd(camera, scores, views, shape, scatter_px):
     pixels = [view.pixels[own] for (_, view), own in zip(pairs, corners, strict=True)]
     terms = partial(_corrections, *_frame(camera, np.concatenate(pixels)))
     fields = CorrectionFields(*[np.empty(0)] * 3, np.diag(PRIOR_SD), terms)
-    normal, _, variance = image_equations(camera, pairs, shape, corners, fields)
+    normal, _, variance, _ = image_equations(camera, pairs, shape, corners, fields)
     # Both contain more than the noise: a misfit the one, wrong corners the other.
     variance = max(np.fmin(variance, scatter_px**2 / 2), MIN_SD_PX**2)
     information = normal.sum(axis=0) / variance + np.eye(len(PRIOR_SD))

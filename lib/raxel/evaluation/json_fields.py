@@ -4,12 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.views.correspondence import TERMS, BoardShape, BoardView
+from raxel.calibration.views.correspondence import (
+    TERMS,
+    BoardShape,
+    BoardView,
+    displaced,
+)
 from raxel.errors import InputError
 from raxel.evaluation.coverage import board_counts, field_of_view
 from raxel.evaluation.diagnoses import known
 from raxel.io.documents import shown, validate
-from raxel.io.files import read_json
 
 SCHEMA = Path(__file__).with_name("board_shape.schema.json")
 # How far a board may extend beyond, or end within, the one whose shape is used: some of
@@ -99,43 +103,63 @@ def central_fields(test):
     }
 
 
-def read_shape(path, unit, views):
+def read_shape(data, path, unit, views):
     """The BoardShape with which a camera was fitted, None for a board as specified.
 
-    path: of what `raxel calibrate --json` wrote; unit: of the evaluated set; views:
-    BoardViews or DenseViews of it. Raises InputError for another file or board.
+    data: JSON of `raxel calibrate`, or that part of it which a camera file has; path:
+    of the file; unit: of the evaluated set; views: BoardViews or DenseViews of it.
+    Raises InputError for other data or another board.
     """
-    data = read_json(path)
     if not isinstance(data, dict) or "board_shape" not in data:
         raise InputError(
             f"{path}: board_shape: missing; give the file of raxel calibrate --json"
         )
-    if data["board_shape"] is None:
+    corners = data.get("board_corners")
+    if isinstance(corners, dict) and not corners.get("used"):
+        corners = None
+    if data["board_shape"] is None and corners is None:
         return None
-    validate({key: data.get(key) for key in ("unit", "board_shape")}, path, SCHEMA)
+    board = {key: data.get(key) for key in ("unit", "board_shape")}
+    validate(board | {"board_corners": corners}, path, SCHEMA)
     if data["unit"] != unit:
         raise InputError(
             f"{path}: unit: found {shown(data['unit'])}, and the set is in {unit}; "
             + ADVICE
         )
-    found = data["board_shape"]
-    shape = BoardShape(
-        np.array(found["middle"]),
-        np.array(found["size"]) / 2,
-        np.array([found[name]["value"] * found[name]["used"] for name in TERMS]),
-    )
-    _check_board(path, shape, found["corners"], views)
-    return shape if shape.values.any() else None
+    found, shape = data["board_shape"], None
+    if found is not None:
+        values = [found[name]["value"] * found[name]["used"] for name in TERMS]
+        half = np.array(found["size"]) / 2
+        shape = BoardShape(np.array(found["middle"]), half, np.array(values))
+        _check_counts(f"{path}: board_shape.corners", found["corners"], views)
+        _check_board(path, shape, views)
+        shape = shape if shape.values.any() else None
+    if corners is None:
+        return shape
+    size = [corners["columns"], len(corners["offsets"]) // corners["columns"]]
+    _check_counts(f"{path}: board_corners", size, views)
+    points = views[0].points
+    pitch = np.linalg.norm(points[1] - points[0])
+    if not np.isclose(corners["pitch"], pitch) or size[0] * size[1] != len(points):
+        raise InputError(
+            f"{path}: board_corners.pitch: found {corners['pitch']:g} {unit}, and the "
+            f"set has {pitch:g} {unit}; {ADVICE}"
+        )
+    return displaced(shape, points, np.array(corners["offsets"]))
 
 
-def _check_board(path, shape, corners, views):
-    """Raise InputError for a shape of another board, or of an impossible one."""
+def _check_counts(where, corners, views):
+    """Raise InputError for a board with other numbers of corners."""
     own = corners_of(views)
     if corners != own:
         raise InputError(
-            f"{path}: board_shape.corners: found {_counted(corners)}, and the set has "
-            f"{_counted(own)}; {ADVICE}"
+            f"{where}: found {_counted(corners)}, and the set has {_counted(own)}; "
+            + ADVICE
         )
+
+
+def _check_board(path, shape, views):
+    """Raise InputError for a shape of another board, or of an impossible one."""
     points = np.concatenate(
         [view.points[np.isfinite(view.pixels[:, 0])] for view in views]
     )

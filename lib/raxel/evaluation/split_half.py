@@ -176,7 +176,7 @@ def split_half(camera, scores, views, shape=None):
     if fields is None:
         return None
     of_boards = camera, pairs, shape, near_corners(pairs)
-    normal, right, variance = image_equations(*of_boards, fields)
+    normal, right, variance, _ = image_equations(*of_boards, fields)
     seen = np.array([seen_on(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
     divisions = []
@@ -204,7 +204,7 @@ def split_half(camera, scores, views, shape=None):
     outlier = _outlier(normal, right, fields, seen, variance, names)
     beyond, fields = None, correction_fields(camera, pairs, with_radial_terms)
     if fields is not None:
-        normal, _, _ = image_equations(*of_boards, fields)
+        normal, *_ = image_equations(*of_boards, fields)
         covariance = within * np.linalg.pinv(normal.sum(axis=0), hermitian=True)
         beyond = beyond_boards(fields, covariance, [view for _, view in pairs], seen)
     return found._replace(focal=focal, outlier=outlier, beyond=beyond)

@@ -62,6 +62,8 @@ def damaged(tmp_path, camera, **changes):
         (PERSPECTIVE, "K", np.array("text")),
         (PERSPECTIVE, "radial", np.array([np.nan])),
         (PERSPECTIVE, "width", np.array([1, 2])),
+        (PERSPECTIVE, "board", np.frombuffer(b"{}}", np.uint8)),
+        (PERSPECTIVE, "board", np.frombuffer(b"\xff", np.uint8)),
         (FISHEYE, "projection", np.array("flat")),
         (FISHEYE, "max_angle", np.array(9.0)),
         (FISHEYE, "focal_px", np.array("wide")),

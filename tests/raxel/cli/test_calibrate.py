@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import (
     KannalaBrandtCamera,
     MovingPupilCamera,
     PerspectiveCamera,
     UnifiedSphereCamera,
+    load_camera,
 )
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main
@@ -21,6 +23,7 @@ from raxel.evaluation.json_fields import camera_fields
 from raxel.features.boards import detect_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
 from tests.made_sets import (
+    BOARD,
     CENTRE,
     COLUMNS,
     FISHEYE,
@@ -300,7 +303,7 @@ FAULTS = {
     ),
     "a misprinted row": (
         lambda: boards_of(PINHOLE, 3, 10, row=0.4),
-        "corners deviate from their nominal positions: ",
+        "corners deviate from nominal positions: column ",
         lambda result: result["board_corners"]["worst"] // COLUMNS == 2,
     ),
     "half a board off": (
@@ -349,30 +352,44 @@ def test_bent_board_gives_a_warning_and_is_used(calibrate):
 
 
 def test_evaluate_uses_the_shape_of_the_board(calibrate, tmp_path, capsys):
-    _, fitted = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
-    again = boards_of(PINHOLE, 4, 6, bend=2.0)
+    boards = boards_of(PINHOLE, 3, 12, bend=2.0, row=0.4)
+    _, fitted = calibrate(boards, "--model", "zhang")
+    assert fitted["board_corners"]["used"]
+    again = boards_of(PINHOLE, 4, 6, bend=2.0, row=0.4)
     folder, corners = write_made_set(tmp_path / "again", again)
-    command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
-    command = [*map(str, command), "--json", str(tmp_path / "scores.json")]
+    camera, plain = tmp_path / "camera.npz", load_camera(tmp_path / "camera.npz")
+    plain.board = None
+    plain.save(tmp_path / "plain.npz")
 
-    def scored(*more):
-        assert main([*command, *map(str, more)]) == 0, capsys.readouterr().err
+    def scored(camera, *more):
+        command = ["evaluate", tmp_path / camera, folder, "--corners", corners, *more]
+        command += ["--json", tmp_path / "scores.json"]
+        assert main([*map(str, command)]) == 0, capsys.readouterr().err
         return json.loads((tmp_path / "scores.json").read_text())
 
-    flat = scored()
+    flat = scored("plain.npz")
     assert "a bent board does not fit a flat one; " in capsys.readouterr().out
-    shaped = scored("--board", tmp_path / "result.json")
-    assert "made: boards with the shape of " in capsys.readouterr().out
-    assert flat["board"] == "as stated"
-    assert flat["rms_px"] > 3 * shaped["rms_px"]
+    shaped = scored("camera.npz")
+    printed = capsys.readouterr().out
+    assert f"made: boards with the shape of {camera}\n" in printed
+    assert f"boards as specified: {score_text(flat)}\n" in printed
+    assert scored("plain.npz", "--board", tmp_path / "result.json") == shaped | {
+        "camera": str(tmp_path / "plain.npz"), "board": str(tmp_path / "result.json"),
+    }  # fmt: skip
+    assert (flat["board"], shaped["board"]) == ("as stated", str(camera))
+    assert flat["rms_px"] == shaped["as_specified"]["rms_px"] > 3 * shaped["rms_px"]
     # Corners are drawn with 0.05 px along each axis; six poses take some of it.
     assert 0.04 < shaped["rms_px"] / np.sqrt(2) < 0.06
-    unused = fitted["board_shape"]
-    for term in ("bend_x", "bend_y", "twist"):
-        unused[term]["used"] = False
+    fitted |= {"board_shape": None, "board_corners": None}
     (tmp_path / "flat.json").write_text(json.dumps(fitted))
-    as_there = scored("--board", tmp_path / "flat.json")
+    as_there = scored("camera.npz", "--board", tmp_path / "flat.json")
     assert (as_there["rms_px"], as_there["board"]) == (flat["rms_px"], "as stated")
+    description = (folder / "set.yaml").read_text().replace("20.0", "25.0")
+    (folder / "set.yaml").write_text(description)
+    capsys.readouterr()
+    assert scored("camera.npz")["board"] == "as stated"
+    found = f"made: board of the camera not used: {camera}: board_shape: found one from"
+    assert found in capsys.readouterr().out
 
 
 def test_few_bent_boards_are_named_as_a_cause_of_misfit(calibrate):
@@ -390,15 +407,23 @@ def test_focal_length_variation_is_estimated(calibrate):
     assert f"SD {100 * sd:.2g} %, " in warning
 
 
-def test_misprinted_row_is_located(calibrate):
+def test_misprinted_row_is_located(calibrate, tmp_path):
     printed, result = calibrate(boards_of(PINHOLE, 3, 10, row=0.4), "--model", "zhang")
     found = result["board_corners"]
     assert found["as_stated"] is False
     (warning,) = warnings_in(printed)
     offset = np.linalg.norm(found["offsets"][found["worst"]])
     assert f", row 2 by {offset:.2g} +- " in warning
-    assert warning.endswith("; measure the board, use a stiff one")
-    printed, result = calibrate(boards_of(PINHOLE, 3, 10), "--model", "zhang")
+    before, after = found["held_out_px"].values()
+    assert f"used in the fit (held-out RMS {before:.3g} px, {after:.3g} px" in warning
+    assert result["rms_px"] < after < 0.7 * before
+    boards = boards_of(PINHOLE, 3, 10)
+    printed, result = calibrate(boards, "--model", "zhang")
     assert result["board_corners"]["as_stated"] is True
+    views = [BoardView(pixels, BOARD.points(), COLUMNS, ROWS) for pixels in boards]
+    plain = calibrate_command.FITS["zhang"](views, (WIDTH, HEIGHT), "mm").camera
+    found = load_camera(tmp_path / "camera.npz")
+    np.testing.assert_allclose(found.K, plain.K, rtol=1e-6)
+    assert found.board is None
     assert warnings_in(printed) == []
     assert "made: corner positions: no significant deviation from the " in printed

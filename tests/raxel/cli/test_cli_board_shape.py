@@ -38,6 +38,9 @@ from tests.made_sets import COLUMNS, PINHOLE, ROWS, boards_of, write_made_set
         ("unit", "pitch", "unit: found 'pitch', and the set is in mm"),
         ("board_shape", [], "board_shape: found a list"),
         ("board_shape", "left out", "board_shape: missing"),
+        ("pitch", 25.0, "board_corners.pitch: found 25 mm, and the set has 20 mm"),
+        ("columns", 7, "board_corners: found 7 x 9 corners, and the set has 9 x 7"),
+        ("offsets", [[0, 0, "1"]], "board_corners.offsets[0][2]: found '1'; give a"),
     ],
 )
 def test_shape_of_another_board_is_rejected(tmp_path, capsys, field, value, fault):
@@ -46,8 +49,11 @@ def test_shape_of_another_board_is_rejected(tmp_path, capsys, field, value, faul
     term = {"value": 0.1, "used": True}
     shape = dict.fromkeys(("bend_x", "bend_y", "twist", "stretch"), term)
     shape |= {"middle": [80, 60], "size": [160, 120], "corners": [COLUMNS, ROWS]}
-    data = {"unit": "mm", "board_shape": shape}
-    (data if field in data else shape)[field] = value
+    displaced = {"used": True, "columns": COLUMNS, "pitch": 20.0}
+    displaced["offsets"] = [[0.0, 0.0, 0.1]] * COLUMNS * ROWS
+    data = {"unit": "mm", "board_shape": shape, "board_corners": displaced}
+    parts = data, displaced, shape
+    next(part for part in parts if field in part or part is shape)[field] = value
     if value == "left out":
         del data[field]
     path = tmp_path / "result.json"

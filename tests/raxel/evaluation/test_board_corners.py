@@ -5,12 +5,14 @@ import pytest
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardShape
+from raxel.cameras import Projection
+from raxel.cli.calibrate import FITS, _with_corners
 from raxel.evaluation.board_corners import P_THRESHOLD, _displacements, board_corners
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import correction_fields, seen_on, without_turns
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix
-from tests.board_scenes import BOARD, COLUMNS, ROWS
+from tests.board_scenes import BOARD, COLUMNS, PITCH, ROWS, board_poses
 from tests.raxel.evaluation.test_split_half import CAMERA, COUNT, SIZE, views_of
 
 HALF = np.ptp(BOARD, axis=0) / 2
@@ -72,10 +74,46 @@ def test_displaced_corners_are_estimated(form):
     assert rms(detectable(found.offsets) - true) < (
         0.4 if "row" in form else 0.1
     ) * rms(true)
-    assert found.columns == COLUMNS
+    assert found.used
+    assert (found.columns, found.pitch) == (COLUMNS, PITCH)
     length, sd = found.distance
     assert length == pytest.approx(np.linalg.norm(found.offsets, axis=1).max())
     assert 0.002 < sd < 0.03
+
+
+def test_fit_with_displaced_corners_is_nearer_to_the_truth():
+    """Of a dent in a board by a printer with a lens."""
+    dent = np.exp(-((X - 0.4) ** 2 + (Y + 0.3) ** 2) / 0.2)[:, None] * [0.2, 0.0, 0.8]
+    views, others = (seen(FORMS["lens of the printer"] + dent, n) for n in (35, 36))
+    plain = calibrate_zhang(views, *SIZE).camera
+    first = FITS["zhang"](views, SIZE, "mm")
+    command = "zhang", views, SIZE, "mm", lambda _: None
+    found, right, corners = _with_corners(first, *command)
+    assert corners.used
+    assert off_px(found.camera, views) < 0.5 * off_px(plain, views)
+    before = evaluate_camera(plain, others).rms_px
+    after = evaluate_camera(found.camera, others, found.shape).rms_px
+    # Of 0.1 px along each axis.
+    assert right.whole.rms_px < after < 0.16 < 0.8 * before
+
+
+class Wavy:
+    """A lens with an error of a pixel that varies over the image."""
+
+    def project(self, points):
+        pixels = CAMERA.project(points).pixels
+        u, v = (pixels / SIZE).T * 2 * np.pi
+        wave = [np.sin(2 * v) * np.sin(1.5 * u), np.sin(1.5 * u + 1) * np.cos(2 * v)]
+        return Projection(pixels + np.transpose(wave), np.isfinite(u))
+
+
+def test_misfit_on_boards_in_similar_poses_is_not_the_board():
+    """They are predicted better by displacements, which differ between halves."""
+    poses = board_poses(0, COUNT, tilt=0.1, spread=(10, 8))
+    found = found_in(views_of(COUNT * [Wavy()], 0, poses=poses))
+    assert found.p_value < P_THRESHOLD
+    assert found.held_out_px[1] < found.held_out_px[0]
+    assert not found.used
 
 
 def test_rays_px_is_the_effect_on_the_lens():

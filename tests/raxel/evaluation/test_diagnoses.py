@@ -217,13 +217,17 @@ def test_pupil_line_has_errors_with_and_without_a_shift(changed, text):
         (
             False,
             "corner 1 (row by row, from 0) deviates by 0.13 mm, all by 0.092 mm RMS; "
-            "this moves rays by 0.3 px RMS (p = 0.0002)",
+            "this moves rays by 0.3 px RMS (p = 0.0002); used: RMS of boards predicted "
+            "by the other half of the images 0.25 px, 0.125 px with it, rays of halves "
+            "differ by 0.5 px, 0.4 px with it",
         ),
     ],
 )
 def test_corner_positions_have_units(as_stated, text):
     offsets = [[0.0, 0.0, 0.0], [0.03, 0.04, 0.12]]
     found = {"as_stated": as_stated, "p_value": 2e-4, "worst": 1, "offsets": offsets}
+    found |= {"used": True, "halves_px": {"nominal": 0.5, "displaced": 0.4}}
+    found["held_out_px"] = {"nominal": 0.25, "displaced": 0.125}
     lengths = {"unit": "mm"}
     row = points_line(found | {"rays_px": 0.3}, BOARDS, lengths)
     assert row == ("corner positions", text)

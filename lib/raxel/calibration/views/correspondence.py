@@ -171,15 +171,25 @@ class BoardShape(NamedTuple):
         twist: how much farther behind the corner at the ends of x and y is. These three
         are in the unit of the board. stretch: how much longer x is than y, 0.01 being 1
         %.
+    corners : ndarray, shape (K, 2), or None
+        Nominal positions of the corners that are displaced.
+    offsets : ndarray, shape (K, 3)
+        Displacements of these corners, in addition to the shape.
     """
 
     middle: np.ndarray
     half: np.ndarray
     values: np.ndarray
+    corners: np.ndarray | None = None
+    offsets: np.ndarray = np.zeros((0, 3))
 
     def points(self, flat: ArrayLike) -> NDArray[np.float64]:
         """Return the true points (..., 3) of the board for nominal ones (..., 2)."""
-        return shaped(flat, self)[0]
+        placed = shaped(flat, self)[0]
+        if self.corners is None:
+            return placed
+        away = np.asarray(flat, float)[..., None, :] - self.corners
+        return placed + self.offsets[np.argmin(np.sum(away**2, axis=-1), axis=-1)]
 
     def seen_on_plane(
         self, flat: ArrayLike, directions: np.ndarray
@@ -205,6 +215,15 @@ class BoardShape(NamedTuple):
 def board_points(flat: ArrayLike, shape: BoardShape | None) -> NDArray[np.float64]:
     """Return points (..., 3) of nominal ones (..., 2); on a plane for None."""
     return on_plane(flat) if shape is None else shape.points(flat)
+
+
+def displaced(shape, corners, offsets):
+    """The BoardShape with displaced corners; shape: None for a flat board."""
+    if shape is None:
+        shape = BoardShape(
+            corners.mean(axis=0), np.ptp(corners, axis=0) / 2, np.zeros(4)
+        )
+    return shape._replace(corners=corners, offsets=offsets)
 
 
 def shaped(flat, shape):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import abc
 from os import PathLike
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -156,6 +156,8 @@ class Camera(abc.ABC):
     # Names of the fields that shape r(theta) of a radially symmetric kind; K: its size.
     width: int
     height: int
+    # The board of the calibration as JSON, where it is not as specified.
+    board: dict[str, Any] | None = None
 
     @property
     @abc.abstractmethod
@@ -239,7 +241,7 @@ class Camera(abc.ABC):
             The file cannot be written.
         """
         size = {"width": np.array(self.width), "height": np.array(self.height)}
-        write_camera(path, self.kind, size | self._fields())
+        write_camera(path, self.kind, size | self._fields(), self.board)
 
 
 def check_size(camera, width, height):

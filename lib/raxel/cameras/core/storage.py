@@ -1,6 +1,7 @@
 """Camera files: .npz archives with a field `kind`, read with every field checked."""
 
 import inspect
+import json
 import math
 from functools import cache
 
@@ -44,14 +45,19 @@ class NamedFields:
 
 # A camera has about a hundred parameters; only tables of the image have more.
 MAX_N_PARAMETERS = 4096
+MAX_BOARD_BYTES = 1 << 22
 # As in an image set.
 MAX_SIDE_PX = 32_000
 # A viewer of a mirror, and mirrors in it.
 MAX_NESTING_DEPTH = 4
 
 
-def write_camera(path, kind, fields):
-    """Write a camera's fields to `path`, compressed and atomically."""
+def write_camera(path, kind, fields, board=None):
+    """Write a camera's fields, and its board as the bytes of JSON if there is one, to
+    `path`, compressed and atomically."""
+    if board is not None:
+        text = json.dumps(board).encode()
+        fields = fields | {"board": np.frombuffer(text, np.uint8)}
     with replacing(path) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, kind=np.array(kind), **fields)
 
@@ -165,6 +171,18 @@ class CameraFile:
             raise InputError(
                 f"{self.path}: not enough memory for this camera; give one with fewer "
                 "pixels"
+            ) from fault
+
+    def board(self):
+        """The board of the calibration as JSON, None for one as specified."""
+        if not self.has("board"):
+            return None
+        text = self.array("board", MAX_BOARD_BYTES).tobytes()
+        try:
+            return json.loads(text)
+        except (ValueError, RecursionError) as fault:
+            raise self._fault(
+                "board", f"invalid JSON ({fault}); save it again"
             ) from fault
 
     def nested(self, name):
