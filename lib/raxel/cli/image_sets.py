@@ -42,10 +42,14 @@ from raxel.sets.image_files import has_orientation
 from raxel.sets.patterns import cell_width
 
 SIZE_DETECTORS = ("opencv", "celect")  # which require the size of the board
+N_SEARCHED = 4  # images in which `check` searches for the board
 
 
 def check(options: SimpleNamespace, say: Say) -> None:
-    """Read all files of an image set or mirror set and print what they contain."""
+    """Read all files of an image set or mirror set and print what they contain.
+
+    Of a chessboard, a few images spread over the set are searched.
+    """
     if not is_mirror_set(options.set):
         _check_images(load_set(options.set), say)
         return
@@ -89,6 +93,8 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         say(f"{number}/{len(files)} {name}")
     bits = ", ".join(f"{count} of {depth} bit" for depth, count in depths.items())
     uses = Counter(view.use for view in image_set.views)
+    boards = _sampled_boards(image_set, say)
+    found = sum(board.detection.found for board in boards)
     _print_fields(
         ("set", image_set.name),
         ("camera", on_one_line(image_set.camera) or "not described"),
@@ -96,15 +102,23 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         ("target", _target(image_set.target)),
         ("views", ", ".join(f"{n} to {use}" for use, n in uses.items())),
         *(("patterns", line) for line in _pattern_lines(image_set)),
+        ("boards", f"found in {found} of {len(boards)} searched images" * bool(boards)),
         ("reference", f"corners of {len(reference)} images" if reference else ""),
         ("truth", image_set.truth),
     )
-    reported(of_pitch(image_set.target))
+    reported(of_pitch(image_set.target) + of_cut_boards(boards, image_set))
     if n_oriented:
         print(
             f"warning: {n_oriented} of {len(files)} images: EXIF orientation ignored, "
             "pixels are used in sensor order"
         )
+
+
+def _sampled_boards(image_set: ImageSet, say: Say) -> list[Board]:
+    if not isinstance(image_set.target, Chessboard):
+        return []
+    step = math.ceil(len(image_set.views) / N_SEARCHED)
+    return detect_boards(image_set, views=image_set.views[::step], say=say)
 
 
 def _print_fields(*fields: tuple[str, str | None]) -> None:
