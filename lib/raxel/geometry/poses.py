@@ -16,8 +16,8 @@ from raxel.errors import InputError
 # order is the thesis's (2.12), see `lines`: (d; -(o x d)), direction first, then the
 # moment with its sign reversed. With X_2 = R X_1 + t and E = [t]x R, lines that meet
 # satisfy L_2^T G L_1 = 0 (5.30), where G = [[E, -R], [-R, 0]] in this order, G = [[E,
-# R], [ R, 0]] in the usual one, (d; o x d) (errata E-5.12). `other_order` converts
-# between them. Source: Pless 2003, doi:10.1109/CVPR.2003.1211520.
+# R], [ R, 0]] in the usual one, (d; o x d) (errata E-5.12). Source: Pless 2003,
+# doi:10.1109/CVPR.2003.1211520.
 
 
 def pluecker_of_rays(origins: ArrayLike, directions: ArrayLike) -> NDArray[np.float64]:
@@ -42,11 +42,6 @@ def pluecker_of_rays(origins: ArrayLike, directions: ArrayLike) -> NDArray[np.fl
     """
     o, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions))
     return np.concatenate([d, np.cross(d, o)], axis=-1)
-
-
-def other_order(L):
-    """Plücker vectors (..., 6) from the thesis's order to the usual one, or back."""
-    return np.asarray(L, float) * [1, 1, 1, -1, -1, -1]
 
 
 def generalised_essential(T_2_1):

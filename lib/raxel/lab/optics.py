@@ -179,21 +179,6 @@ class Viewer:
         return Sight(part, uv, cosine)
 
 
-def visible_share(camera, T_world_camera, surface, max_pixels=200_000):
-    """Return the share of the image's pixels whose rays meet a surface, 0 to 1.
-
-    Tests the centres of all pixels, or of every n-th along each axis if there are more
-    than `most`. An invisible surface has share 0.
-    """
-    step = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / max_pixels))))
-    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
-    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
-    hit = surface.hit(
-        transform(T_world_camera, rays.origins), rotate(T_world_camera, rays.directions)
-    )
-    return float(np.mean(rays.valid & np.isfinite(hit.distance)))
-
-
 # A part of a rig's image as an image of its own. Where a mirror fills only some of
 # a large image, the rest costs time and memory and shows nothing. A windowed rig
 # renders the rectangle alone: pixel (0, 0) of its images is pixel (window.u,

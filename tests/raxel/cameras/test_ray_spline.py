@@ -111,23 +111,6 @@ def test_uncertainty_is_per_cell():
     assert np.isnan(spline().pixel_covariance(pixels)).all()
 
 
-def test_ray_covariance_matches_sampled_fields():
-    """A field that is off by a constant draw turns the rays as stated."""
-    cells = SHAPE[0] - 3, SHAPE[1] - 3
-    stated = np.array([[4e-4, 1e-4], [1e-4, 9e-4]])
-    nodes = np.empty((2 * cells[0] + 1, 2 * cells[1] + 1, 3))
-    nodes[:] = stated[[0, 0, 1], [0, 1, 1]]
-    camera = spline(covariance=nodes)
-    pixels = positions(6)
-    errors = np.random.default_rng(6).multivariate_normal([0, 0], stated, 1000)
-    drawn = np.stack(
-        [spline(CONTROL + error).rays(pixels).directions for error in errors], axis=1
-    )
-    for of_pixel, directions in zip(camera.ray_covariance(pixels), drawn, strict=True):
-        counted = np.cov(directions.T)
-        np.testing.assert_allclose(of_pixel, counted, atol=0.15 * counted.max())
-
-
 def test_ray_spline_file_roundtrip(tmp_path):
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     covered = np.random.default_rng(7).random(cells) > 0.5
@@ -162,23 +145,6 @@ def test_ray_spline_error_names_field(name):
     with pytest.raises(InputError, match=message) as fault:
         RaySplineCamera(**fields | {"width": W, "height": H} | change)
     assert "\n" not in str(fault.value)
-
-
-def test_ray_covariance_is_at_displaced_pixel():
-    """A field that moves all pixels alike: their rays, differenced, turn as stated."""
-    cells = SHAPE[0] - 3, SHAPE[1] - 3
-    nodes = np.broadcast_to([4.0, 1, 9], (2 * cells[0] + 1, 2 * cells[1] + 1, 3))
-    camera = spline(np.broadcast_to([14.0, -11.0], CONTROL.shape), covariance=nodes)
-    pixels = 40 + 0.6 * positions(20)
-    steps = 1e-3 * np.eye(2)
-    turns = [
-        camera.rays(pixels + s).directions - camera.rays(pixels - s).directions
-        for s in steps
-    ]
-    J = np.stack(turns, axis=2) / 2e-3
-    stated = camera.ray_covariance(pixels)
-    expected = J @ np.array([[4.0, 1], [1, 9]]) @ np.swapaxes(J, 1, 2)
-    np.testing.assert_allclose(stated, expected, atol=1e-5 * expected.max())
 
 
 def test_steepness_bound_is_valid():

@@ -20,7 +20,7 @@ from raxel.lab import (
     trace,
 )
 from raxel.lab import render as render_function
-from raxel.lab.optics import Crop, Optics, Raster, Sight, visible_share
+from raxel.lab.optics import Crop, Optics, Raster, Sight
 from raxel.lab.rendering import PixelMeans, lattice
 from raxel.lab.textures import ChessboardTexture, Panels, Texture, Tiles
 from raxel.sets import Chessboard
@@ -167,15 +167,6 @@ def test_row_blocks_do_not_change_image(monkeypatch):
     assert whole.shape == (H, W)
 
 
-def test_visible_share_of_surface():
-    T = pose(np.eye(3), [0, 0, 50])
-    half = Rectangle(T, 100, 100, (-50, 4.5))
-    assert visible_share(ORTHO, HERE, Rectangle(T, 100, 100, (-50, 1.5))) == 0.8
-    assert visible_share(ORTHO, HERE, half) == 0.5
-    back = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
-    assert visible_share(ORTHO, HERE, back) == 0
-
-
 def test_image_exceeding_memory_is_rejected():
     huge = PerspectiveCamera([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [], 10**6, 10**6)
     for function in (render_function, trace):
@@ -275,10 +266,3 @@ def test_subpixels_are_centred(fineness, window):
         np.testing.assert_allclose(found.directions, wanted, atol=1e-7)
     assert raster.width == fineness * (40 if window is None else 8)
     assert raster.height == fineness * (30 if window is None else 6)
-
-
-@pytest.mark.parametrize("most", [200_000, 100])
-def test_visible_share_uses_all_columns(most):
-    camera = OrthographicCamera(1, (0, 0), 90, 20)
-    third = Rectangle(pose(np.eye(3), [59.5, -0.5, 50]), 30, 20)
-    assert visible_share(camera, HERE, third, most) == pytest.approx(1 / 3, abs=0.02)

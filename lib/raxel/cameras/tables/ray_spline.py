@@ -64,7 +64,6 @@ class RayTable:
 
 # With steeper fields two pixels might have the same ray.
 MAX_FIELD_SLOPE = 0.9
-STEP_PX = 0.01  # to each side, for derivatives of a ray by its pixel
 
 
 class RaySplineCamera(Camera):
@@ -229,33 +228,6 @@ class RaySplineCamera(Camera):
             ).T
             found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
         return found
-
-    def ray_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Return covariances of the unit directions of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        ndarray, shape (N, 3, 3)
-            Covariances, rad^2, of rank 2: a direction rotates, its length is fixed. NaN
-            as in `pixel_covariance`, and where a pixel has no ray.
-        """
-        pixels = near_rows(pixels, 2)
-        places = pixels + self.displacement(pixels)
-        by_axis = []
-        for step in STEP_PX * np.eye(2):
-            ahead, behind = (
-                self._in_camera(self.trend.rays(places + s)).directions
-                for s in (step, -step)
-            )
-            by_axis.append((ahead - behind) / (2 * STEP_PX))
-        turned = np.stack(by_axis, axis=2)
-        of_pixels = self.pixel_covariance(pixels)
-        return turned @ of_pixels @ np.swapaxes(turned, 1, 2)
 
     def _in_camera(self, rays):
         T = self.T_camera_trend
