@@ -135,7 +135,7 @@ class AxialCamera(NamedFields, Camera):
             Rays of pixels; origins on the axis.
         """
         rays = self._lens.rays(pixels)
-        z0, _ = self.pupil(_axial_angle(rays.directions))
+        z0, _ = self.pupil(_angle(rays.directions))
         origins = rays.origins + np.column_stack([0 * z0, 0 * z0, z0])
         return Rays(origins, rays.directions, rays.valid)
 
@@ -190,12 +190,6 @@ class AxialCamera(NamedFields, Camera):
             miss = (z - z0) * np.sin(angle) - across * np.cos(angle)
             meets = np.abs(miss) <= 1e-12 * (np.hypot(across, z) + np.abs(z0))
         return np.where(meets, angle, np.nan)
-
-
-def _axial_angle(directions):
-    """Angle to +z of unit directions (N, 3)."""
-    x, y, z = directions.T
-    return np.arctan2(np.hypot(x, y), z)
 
 
 MAX_N_STEPS = 60

@@ -15,8 +15,15 @@ from raxel.cameras.core.base import (
 )
 from raxel.cameras.mirrors.curved import MirrorCamera, reflection_points, stationarity
 from raxel.cameras.mirrors.profiles import PROFILES, RunningIntegral, checked_at_loads
-from raxel.cameras.mirrors.quadric import Reflection
-from raxel.cameras.mirrors.sheet_surface import N_WAVES, Unevenness
+from raxel.cameras.mirrors.sheet_surface import (
+    EDGE_TOL,
+    MAX_N_MEETING_STEPS,
+    MAX_SLOPE,
+    MEETING_TOL,
+    N_WAVES,
+    BentSheet,
+    Unevenness,
+)
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
 
@@ -30,19 +37,14 @@ from raxel.geometry.poses import pose, rotation_from_vector
 # bend only one side of the edge. `Unevenness` is added to the cone. Lengths are mm.
 
 
-# Newton steps from the flat sheet to the bent one, and relative tolerance, over half
-# of the diagonal.
-MAX_N_MEETING_STEPS, MEETING_TOL = 60, 1e-13
 # Domain of the surface beyond the sheet's border, as a fraction of the sheet.
 MAX_EXTRAPOLATION = 0.5
-EDGE_TOL = 1e-12
-MAX_SLOPE = 1.0
 # Larger ruling angles bring the apex too close to the sheet.
 MAX_RULING_ANGLE_RAD = np.radians(45)
 GRID_SHAPE = (33, 17)
 
 
-class ClampedMirror:
+class ClampedMirror(BentSheet):
     """profile: a BeamProfile or ElasticaProfile of the line y = 0.
 
     size: (length from the clamp along the sheet, width), mm; rulings: angle, radians,
@@ -52,9 +54,6 @@ class ClampedMirror:
     Raises InputError naming the invalid field, also for a sheet that is steeper than 45
     degrees anywhere.
     """
-
-    # Reflections are searched for as on a mirror with possible concave areas.
-    inside = True
 
     def __init__(self, profile, size, rulings, unevenness, holder):
         self.profile, self.unevenness = profile, unevenness
@@ -66,6 +65,9 @@ class ClampedMirror:
         self._fan = np.tan(self.rulings) / self.size[0]
         self.radius = float(np.hypot(self.size[0] / 2, self.half_width))
         self._middle = np.array([self.size[0] / 2, 0.0])
+        x, y = MAX_EXTRAPOLATION * self.size
+        least = np.array([-x, -self.half_width - y])
+        self._domain = least, np.array([self.size[0] + x, self.half_width + y])
         ends = np.append(profile.breaks, self.size[0] * (1 + MAX_EXTRAPOLATION))
         # Along the edge where the cone is narrowest a load may be outside the sheet.
         ends[-1] = max(ends[-1], 1.5 * profile.breaks[-1])
@@ -161,11 +163,6 @@ class ClampedMirror:
         across = c * (z - at * slope)
         return np.sqrt(1 + slope**2 + across**2) / (1 + c**2 * (at**2 + z**2))
 
-    def normals(self, points):
-        """Normals (N, 3), not unit, towards the light."""
-        _, by_x, by_y, *_ = self.height(points[:, 0], points[:, 1])
-        return np.column_stack([by_x, by_y, -np.ones(len(points))])
-
     def carries(self, points):
         """Whether points (N, 3) of the surface are on the sheet, beyond its holder.
 
@@ -175,54 +172,6 @@ class ClampedMirror:
             x, y = self.flat(points[:, 0], points[:, 1])
             along = (x >= self.holder) & (x <= self.size[0] * (1 + EDGE_TOL))
             return along & (np.abs(y) <= self.half_width * (1 + EDGE_TOL))
-
-    def reflect(self, origins, directions):
-        """Intersect rays with the sheet and reflect them: exact to rounding.
-
-        origins, directions: (N, 3), the latter unit. Not valid for rays from behind.
-        The sheet is too flat for a second reflection except of a grazing ray, which is
-        neglected.
-        """
-        points, met = self._meetings(origins, directions)
-        with np.errstate(over="ignore", invalid="ignore"):
-            n = self.normals(points)
-            towards = np.sum(directions * n, axis=1)
-            leaving = directions - (2 * towards / np.sum(n * n, axis=1))[:, None] * n
-            leaving /= np.linalg.norm(leaving, axis=1, keepdims=True)
-            valid = met & (towards < 0) & self.carries(points)
-        keep = valid[:, None]
-        return Reflection(
-            np.where(keep, points, np.nan), np.where(keep, leaving, np.nan), valid
-        )
-
-    def _meetings(self, o, d):
-        """(points (N, 3), met (N,)): Newton on the height of the ray over the sheet."""
-        reach = MAX_EXTRAPOLATION * self.size
-        with np.errstate(all="ignore"):
-            t = -o[:, 2] / d[:, 2]
-            met = np.zeros(len(o), bool)
-            for _ in range(MAX_N_MEETING_STEPS):
-                x, y, z = (o + t[:, None] * d).T
-                x = np.clip(x, -reach[0], self.size[0] + reach[0])
-                y = np.clip(y, -self.half_width - reach[1], self.half_width + reach[1])
-                height, by_x, by_y, *_ = self.height(x, y)
-                rate = d[:, 2] - by_x * d[:, 0] - by_y * d[:, 1]
-                step = (height - z) / rate
-                t = t + step
-                met = np.abs(step) <= MEETING_TOL * np.maximum(self.radius, np.abs(t))
-                if met[np.isfinite(t)].all():
-                    break
-            points = o + t[:, None] * d
-            return points, met & (t > 0)
-
-    def chart(self, points):
-        """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
-        return (points[:, :2] - self._middle) / self.radius
-
-    @property
-    def chart_extent(self):
-        """|p| at the corners of the flat sheet."""
-        return 1.0
 
     def point(self, p):
         """Surface points (N, 3) of chart coordinates p (N, 2): x, y from the sheet's

@@ -16,7 +16,7 @@ from raxel.errors import InputError
 
 # Newton steps from the flat sheet to the bent one, and relative tolerance, over half
 # of the diagonal.
-MAX_N_STEPS, STEP_TOL = 60, 1e-13
+MAX_N_MEETING_STEPS, MEETING_TOL = 60, 1e-13
 # Domain of a sheet's polynomial, over half of its sides.
 MAX_EXTRAPOLATION = 1.5
 EDGE_TOL = 1e-12
@@ -25,50 +25,23 @@ MAX_SLOPE = 1.0
 GRID_SIZE = 33
 
 
-class SheetMirror:
-    """size: (width, height), mm; heights: (n, m) coefficients h_ij, mm, i along x.
+class BentSheet:
+    """A sheet at z(x, y) over the plane z = 0 in which it lies flat.
 
-    Raises InputError naming the invalid field, also for a sheet that is steeper than 45
-    degrees anywhere.
+    Subclasses have `radius`, half the diagonal; `_middle`, x and y of the flat sheet's
+    middle; `_domain`, least and greatest (x, y) of the surface; `height(x, y)`, the
+    height and its derivatives by x, y, ...; and `carries`.
     """
 
     # With `inside` False the search for reflections starts as on a convex mirror; a
     # sheet may have both kinds of areas.
     inside = True
-
-    def __init__(self, size, heights):
-        self.size = checked_positive("size", size, (2,))
-        self.half = self.size / 2
-        self.heights = checked_array("heights", heights, (None, None))
-        self.radius = float(np.hypot(*self.half))
-        self._z = _derivatives(self.heights, self.half)
-        self._check_slope()
-
-    def _check_slope(self):
-        x, y = np.meshgrid(*(np.linspace(-h, h, GRID_SIZE) for h in self.half))
-        slope = np.hypot(self._value(1, 0, x, y), self._value(0, 1, x, y)).max()
-        if slope > MAX_SLOPE:
-            steep = np.degrees(np.arctan(slope))
-            raise InputError(
-                f"field 'heights': the sheet is up to {steep:.0f} degrees steep; give "
-                "at most 45"
-            )
-
-    def _value(self, dx, dy, x, y):
-        """A derivative of the height at x, y (any shape)."""
-        x, y = x / self.half[0], y / self.half[1]
-        return polynomial.polyval2d(x, y, self._z[dx, dy])
+    chart_extent = 1.0  # |p| at the corners of the flat sheet
 
     def normals(self, points):
         """Normals (N, 3), not unit, towards the light."""
-        x, y = points[:, 0], points[:, 1]
-        slopes = [self._value(1, 0, x, y), self._value(0, 1, x, y)]
-        return np.column_stack([*slopes, -np.ones(len(points))])
-
-    def carries(self, points):
-        """Whether points (N, 3) of the surface are on the sheet."""
-        with np.errstate(invalid="ignore"):
-            return np.all(np.abs(points[:, :2]) <= self.half * (1 + EDGE_TOL), axis=1)
+        _, by_x, by_y, *_ = self.height(points[:, 0], points[:, 1])
+        return np.column_stack([by_x, by_y, -np.ones(len(points))])
 
     def reflect(self, origins, directions):
         """Intersect rays with the sheet and reflect them: exact to rounding.
@@ -91,19 +64,17 @@ class SheetMirror:
 
     def _meetings(self, o, d):
         """(points (N, 3), met (N,)): Newton on the height of the ray over the sheet."""
-        limit = MAX_EXTRAPOLATION * self.half
         with np.errstate(all="ignore"):
             t = -o[:, 2] / d[:, 2]
             met = np.zeros(len(o), bool)
-            for _ in range(MAX_N_STEPS):
-                x, y, z = (o + t[:, None] * d).T
-                x, y = np.clip(x, -limit[0], limit[0]), np.clip(y, -limit[1], limit[1])
-                gap = z - self._value(0, 0, x, y)
-                rate = d[:, 2] - self._value(1, 0, x, y) * d[:, 0]
-                rate -= self._value(0, 1, x, y) * d[:, 1]
-                step = -gap / rate
+            for _ in range(MAX_N_MEETING_STEPS):
+                places = o + t[:, None] * d
+                x, y = np.clip(places[:, :2], *self._domain).T
+                height, by_x, by_y, *_ = self.height(x, y)
+                rate = d[:, 2] - by_x * d[:, 0] - by_y * d[:, 1]
+                step = (height - places[:, 2]) / rate
                 t = t + step
-                met = np.abs(step) <= STEP_TOL * np.maximum(self.radius, np.abs(t))
+                met = np.abs(step) <= MEETING_TOL * np.maximum(self.radius, np.abs(t))
                 if met[np.isfinite(t)].all():
                     break
             points = o + t[:, None] * d
@@ -111,12 +82,49 @@ class SheetMirror:
 
     def chart(self, points):
         """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
-        return points[:, :2] / self.radius
+        return (points[:, :2] - self._middle) / self.radius
 
-    @property
-    def chart_extent(self):
-        """|p| at the sheet's corners."""
-        return 1.0
+
+class SheetMirror(BentSheet):
+    """size: (width, height), mm; heights: (n, m) coefficients h_ij, mm, i along x.
+
+    Raises InputError naming the invalid field, also for a sheet that is steeper than 45
+    degrees anywhere.
+    """
+
+    def __init__(self, size, heights):
+        self.size = checked_positive("size", size, (2,))
+        self.half = self.size / 2
+        self.heights = checked_array("heights", heights, (None, None))
+        self.radius = float(np.hypot(*self.half))
+        self._middle, reach = np.zeros(2), MAX_EXTRAPOLATION * self.half
+        self._domain = -reach, reach
+        self._z = _derivatives(self.heights, self.half)
+        self._check_slope()
+
+    def _check_slope(self):
+        x, y = np.meshgrid(*(np.linspace(-h, h, GRID_SIZE) for h in self.half))
+        slope = np.hypot(self._value(1, 0, x, y), self._value(0, 1, x, y)).max()
+        if slope > MAX_SLOPE:
+            steep = np.degrees(np.arctan(slope))
+            raise InputError(
+                f"field 'heights': the sheet is up to {steep:.0f} degrees steep; give "
+                "at most 45"
+            )
+
+    def _value(self, dx, dy, x, y):
+        """A derivative of the height at x, y (any shape)."""
+        x, y = x / self.half[0], y / self.half[1]
+        return polynomial.polyval2d(x, y, self._z[dx, dy])
+
+    def height(self, x, y):
+        """Height (N,) at x, y (N,), then its derivatives by x and y."""
+        return tuple(self._value(*by, x, y) for by in ((0, 0), (1, 0), (0, 1)))
+
+    def carries(self, points):
+        """Whether points (N, 3) of the surface are on the sheet."""
+        with np.errstate(invalid="ignore"):
+            return np.all(np.abs(points[:, :2]) <= self.half * (1 + EDGE_TOL), axis=1)
 
     def point(self, p):
         """Surface points (N, 3) of chart coordinates p (N, 2): x, y over half diagonal.

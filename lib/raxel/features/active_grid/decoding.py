@@ -172,7 +172,6 @@ def decode(
     blur_px: float | None = None,
     linear: bool = False,
     threads: int | None = None,
-    into: Decoded | None = None,
     shared: tuple[float, float] = (1.0, 1.0),
 ) -> Decoded:
     """Decode the images of one view of an active grid.
@@ -223,9 +222,6 @@ def decode(
         nothing.
     threads : int, optional
         Number of threads; default one per processor.
-    into : Decoded, optional
-        Result of an earlier view of this size and these patterns. Its arrays are
-        overwritten and returned, which saves the time for new memory.
     shared : tuple[float, float]
         (along x, along y): factor by which spatially correlated noise makes sigma
         larger than white noise does (`checks.scatter`).
@@ -286,7 +282,7 @@ def decode(
         ripples=ripples_of(ripples, stack.shape),
         bias=_with_rest(bias, responses),
     )
-    out = _arrays((len(stack.codes), *stack.shape), into)
+    out = _arrays((len(stack.codes), *stack.shape))
     with ThreadPoolExecutor(threads or processors()) as pool:
         _decode_all(stack, settings, pool, out)
         if max(shared) > 1:
@@ -334,11 +330,8 @@ def _margins(margin_px, blur, smooth):
     return tuple(max(MARGIN_PX, margin) for margin in blur.margins(smooth))
 
 
-def _arrays(shape, into):
+def _arrays(shape):
     """Return location, sigma, cells (A, H, W) and status (H, W) to write to."""
-    if into is not None and shape[0] == 2 and into.status.shape == shape[1:]:
-        both = (into.location, into.sigma, into.cells)
-        return *(np.moveaxis(array, 2, 0) for array in both), into.status
     kinds = np.float32, np.float32, np.int16
     return *(np.empty(shape, kind) for kind in kinds), np.empty(shape[1:], np.uint8)
 

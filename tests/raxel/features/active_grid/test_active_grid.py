@@ -173,8 +173,6 @@ def test_noise_is_estimated_from_images():
     level = np.array([60.0, 120.0, 180.0])
     np.testing.assert_allclose(found.floor + found.slope * level, 9 + 1 / 12, rtol=0.06)
     rng = np.random.default_rng(0)
-    photons = rng.normal(scene.images, np.sqrt(1 + 0.05 * scene.images))
-    photons = np.clip(np.rint(photons), 0, 255).astype(np.uint8)
     clean = drawn(size=(320, 240))
     photons = rng.normal(clean.images, np.sqrt(1 + 0.05 * clean.images.astype(float)))
     photons = np.clip(np.rint(photons), 0, 255).astype(np.uint8)
@@ -286,18 +284,7 @@ def test_noise_estimate_ignores_dark_texture():
     sd = np.where(ramp < 50, 9.0, 2.0)
     images = np.clip(np.rint(rng.normal(ramp, sd)), 0, 255).astype(np.uint8)
     found = estimate_noise(list(images), 250)
-    assert found.slope == 0
-    assert found.floor == pytest.approx(4 + 1 / 12, rel=0.15)
-
-
-def test_decode_into_reuses_arrays():
-    scene, other = drawn(noise=1.0), drawn(noise=2.0, tilt=0.4, seed=1)
-    kept = decode(other.images, other.patterns, other.grid)
-    expected = decode(scene.images, scene.patterns, scene.grid)
-    found = decode(scene.images, scene.patterns, scene.grid, into=kept)
-    assert found.location.base is kept.location.base
-    for name in ("location", "sigma", "cells", "status"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    assert (found.slope, found.floor) == (0, pytest.approx(4 + 1 / 12, rel=0.15))
 
 
 def test_turns_match_arctan2():
