@@ -17,6 +17,7 @@ from raxel.cameras import (
 from raxel.cameras.tables.bounds import BoundPyramid
 from raxel.errors import InputError
 from raxel.geometry import pluecker_matrix_of_rays
+from tests.camera_checks import assert_points_come_back
 
 WIDTH, HEIGHT = 80, 60
 FISHEYE = FisheyeCamera("equidistance", 20, (40.3, 29.1), WIDTH, HEIGHT, 1.95)
@@ -50,11 +51,6 @@ TABLES = {
 }
 
 
-def points_on(rays, rng):
-    depth = 10 ** rng.uniform(1, 5, (len(rays.valid), 1))
-    return rays.origins + depth * rays.directions
-
-
 def test_table_from_camera_contains_all_rays():
     camera = FisheyeCamera("equidistance", 60, (150.0, 120.0), 300, 250, 1.95)
     table = GeneralCamera.from_camera(camera)
@@ -74,11 +70,9 @@ def test_points_on_ray_project_to_its_position(name):
     on_columns = anywhere[:500] * [0, 1] + np.floor(anywhere[:500]) * [1, 0]
     centres = pixel_grid(WIDTH, HEIGHT)
     pixels = np.vstack([anywhere, on_rows, on_columns, centres])
-    rays = camera.rays(pixels)
+    depth = 10 ** rng.uniform(1, 5, (len(pixels), 1))
+    rays = assert_points_come_back(camera, pixels, depth)
     np.testing.assert_array_equal(rays.valid[-len(centres) :], camera.mask.ravel())
-    back = camera.project(points_on(rays, rng))
-    np.testing.assert_array_equal(back.valid, rays.valid)
-    assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
 
 
 def brute_force_sees(camera, points):
@@ -108,7 +102,8 @@ def test_noisy_table_finds_ray_for_each_point(central, seed):
     camera = table(FISHEYE, central, hole_share=0.03, noise_px=0.6, seed=seed)
     rng = np.random.default_rng(seed)
     rays = camera.rays(rng.uniform(0, [WIDTH - 1, HEIGHT - 1], (500, 2)))
-    points = points_on(rays, rng)[rays.valid]
+    depth = 10 ** rng.uniform(1, 5, (500, 1))
+    points = (rays.origins + depth * rays.directions)[rays.valid]
     pixels, valid = camera.project(points)
     assert valid.all()
     # Noise folds the table: another pixel may be found, but its ray must do.

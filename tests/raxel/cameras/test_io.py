@@ -14,6 +14,8 @@ from raxel.cameras import (
     pixel_grid,
 )
 from raxel.errors import InputError
+from tests.camera_checks import assert_same_from_file
+from tests.raised import raises_line
 
 FISHEYE = FisheyeCamera("stereographic", 20.5, (15.1, 9.9), 31, 21, math.radians(95))
 PERSPECTIVE = PerspectiveCamera(
@@ -28,15 +30,8 @@ CAMERAS = [PERSPECTIVE, FISHEYE, CENTRAL, NON_CENTRAL]
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda c: c.kind)
 def test_camera_file_roundtrip_is_bit_identical(camera, tmp_path):
-    path = tmp_path / "camera.npz"
-    camera.save(path)
-    back = load_camera(path)
-    assert type(back) is type(camera)
-    assert (back.width, back.height) == (31, 21)
-    assert back.central == camera.central
-    pixels = pixel_grid(31, 21)
-    for ours, theirs in zip(back.rays(pixels), camera.rays(pixels), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
+    back = assert_same_from_file(camera, pixel_grid(31, 21), tmp_path)
+    assert (back.width, back.height, back.central) == (31, 21, camera.central)
     assert getattr(back, "units", None) == getattr(camera, "units", None)
     assert os.listdir(tmp_path) == ["camera.npz"]
 
@@ -76,9 +71,8 @@ def damaged(tmp_path, camera, **changes):
 )
 def test_bad_field_is_named_with_file(camera, name, value, tmp_path):
     path = damaged(tmp_path, camera, **{name: value})
-    with pytest.raises(InputError, match=rf"camera\.npz: field '{name}': ") as fault:
+    with raises_line(rf"camera\.npz: field '{name}': "):
         load_camera(path)
-    assert "\n" not in str(fault.value)
 
 
 def test_non_camera_files_are_rejected(tmp_path):

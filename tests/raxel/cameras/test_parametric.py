@@ -11,6 +11,10 @@ from hypothesis import strategies as st
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, UnifiedSphereCamera
 from raxel.errors import InputError
 from raxel.evaluation.coverage import field_of_view
+from tests.camera_checks import (
+    assert_extreme_values_are_flagged,
+    assert_points_come_back,
+)
 from tests.camera_zoo import assert_pixels_come_back
 
 K = np.array([[810, 2.5, 330], [0, 760, 250], [0, 0, 1.0]])
@@ -68,9 +72,7 @@ def test_perspective_camera_roundtrip(radial, f, aspect, skew, seed):
         [[aspect * f, skew, 320], [0, f, 240], [0, 0, 1]], radial, 640, 480
     )
     pixels = np.random.default_rng(seed).uniform(0, [639, 479], (200, 2))
-    rays = camera.rays(pixels)
-    back = camera.project(5 * rays.directions[rays.valid])
-    np.testing.assert_allclose(back.pixels, pixels[rays.valid], rtol=0, atol=1e-9)
+    assert_points_come_back(camera, pixels, 5)
 
 
 def test_perspective_agrees_with_opencv():
@@ -122,16 +124,7 @@ def test_projection_functions_match_thesis(name):
 
 @pytest.mark.parametrize("name", CAMERAS)
 def test_extreme_values_are_flagged_without_warning(name):
-    wild = np.array([np.nan, np.inf, -np.inf, 1e308, -1e200, 1e-300, 0])
-    pairs = np.stack(np.meshgrid(wild, wild), -1).reshape(-1, 2)
-    origins, directions, valid = CAMERAS[name].rays(pairs)
-    assert np.isfinite(directions[valid]).all()
-    assert np.isnan(directions[~valid]).all()
-    assert np.isnan(origins[~valid]).all()
-    triples = np.stack(np.meshgrid(wild, wild, wild), -1).reshape(-1, 3)
-    pixels, valid = CAMERAS[name].project(triples)
-    assert np.isfinite(pixels[valid]).all()
-    assert np.isnan(pixels[~valid]).all()
+    assert_extreme_values_are_flagged(CAMERAS[name])
 
 
 @pytest.mark.parametrize(
