@@ -12,6 +12,7 @@ from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble
 from repro.site.mirror import mirror
+from tests.sample_files import write
 
 ROOT = Path(__file__).parents[1]
 
@@ -151,10 +152,7 @@ def _hidden():
 
 def write_page(root, text, name="s5_page"):
     """Write a page file of a sample chapter below ``root``; return its path."""
-    path = root / "chapters" / "ch02_sample" / name / "page.py"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, "utf-8")
-    return path
+    return write(root / "chapters" / "ch02_sample" / name / "page.py", text)
 
 
 def run(page_file, out, *more):

@@ -22,6 +22,7 @@ from repro.page.style import new_figure
 from repro.run import marks, outcomes
 from repro.run.discover import producers
 from repro.run.judging import in_every_reading
+from tests.sample_files import write
 
 ROOT = Path(__file__).resolve().parents[3]
 CONTRIBUTING, README = (
@@ -44,9 +45,7 @@ def quoted(text):
 
 
 def test_example_decorators_match_workflow(tmp_path):
-    page = tmp_path / "chapters" / "ch02_x" / "s5_y" / "page.py"
-    page.parent.mkdir(parents=True)
-    page.write_text(PRODUCERS, "utf-8")
+    write(tmp_path / "chapters/ch02_x/s5_y/page.py", PRODUCERS)
     found = {
         made.function: {"kind": made.kind, "id": made.id} | as_read(made.details)
         for made in producers(tmp_path)
@@ -56,8 +55,7 @@ def test_example_decorators_match_workflow(tmp_path):
         for name, function in run_producers().items()
         for mark in getattr(function, "repro_marks", ())
     }
-    assert list(found) == list(marks)
-    assert len(found) == 3
+    assert (list(found), len(found)) == (list(marks), 3)
     for name, mark in marks.items():
         assert found[name].items() <= as_read(mark).items()
 

@@ -9,8 +9,10 @@ from raxel.io.rendering import rendering_missing
 from raxel.show import Points, Scene, Surface
 from repro.page import draw, space, style
 from repro.run import discover, jobs
+from tests.sample_files import write
 
 MISSING = "3-D images require OpenGL (not working); run: install <it>"
+PAGE = "chapters/ch09_try/s9_scene/page.py"
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
 SHEET = np.array([[[-9, -9, 2], [9, -9, 2]], [[-9, 9, 2], [9, 9, 2.0]]])
 
@@ -78,11 +80,10 @@ def fig_9_9(results):
     ],
 )
 def test_figure_decorator_stores_scene(tmp_path, monkeypatch, mark, scene, good):
-    path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
-    path.parent.mkdir(parents=True)
-    path.write_text(CHAPTER.replace("MARK", mark).replace("SCENE", scene))
+    text = CHAPTER.replace("MARK", mark).replace("SCENE", scene)
+    path = write(tmp_path / PAGE, text)
     names = {}
-    exec(compile(path.read_text(), str(path), "exec"), names)
+    exec(compile(text, str(path), "exec"), names)
     monkeypatch.setattr(jobs, "function_of", lambda found: names[found.function])
     out = tmp_path / "figures" / "fig_9_9.json"
     if not good:
@@ -100,7 +101,5 @@ def test_figure_decorator_stores_scene(tmp_path, monkeypatch, mark, scene, good)
 
 
 def test_scene_flag_must_be_literal(tmp_path):
-    path = tmp_path / "chapters" / "ch09_try" / "s9_scene" / "page.py"
-    path.parent.mkdir(parents=True)
-    path.write_text(CHAPTER.replace("MARK", ", scene=True"))
+    write(tmp_path / PAGE, CHAPTER.replace("MARK", ", scene=True"))
     assert [p.details["scene"] for p in discover.producers(tmp_path)] == [True]

@@ -11,6 +11,7 @@ from repro.page import draw
 from repro.run import discover, jobs, marks
 from repro.workflow.keys import CodeKeys
 from repro.workflow.work import Work
+from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
 CHAPTER = """
@@ -29,9 +30,8 @@ def checkout(tmp_path):
     """A checkout with the ledger and one table that uses a printed number."""
 
     def made(name):
-        path = tmp_path / "chapters" / "ch09_try" / "s9_beside" / "page.py"
-        path.parent.mkdir(parents=True)
-        path.write_text(CHAPTER.replace("NAME", name))
+        page = tmp_path / "chapters/ch09_try/s9_beside/page.py"
+        write(page, CHAPTER.replace("NAME", name))
         ledger = tmp_path / "data" / "published"
         ledger.mkdir(parents=True)
         for file in (ROOT / "data" / "published").glob("*.yaml"):

@@ -6,6 +6,7 @@ import pytest
 
 from repro.judge.ledger import FOLDER, LedgerError
 from repro.run import recorded
+from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
 JUDGE = "chapters/ch01_one/s1_page/claims.py"
@@ -48,9 +49,7 @@ SETTINGS = "data/published/settings.yaml"
 @pytest.fixture
 def checkout(tmp_path):
     for name, text in FILES.items():
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(dedent(text))
+        write(tmp_path / name, dedent(text))
     return tmp_path
 
 

@@ -8,6 +8,7 @@ import pytest
 from raxel.errors import InputError
 from repro.judge import ledger, verdict
 from repro.judge.number_rules import VerdictError
+from tests.sample_files import write
 from tests.verdict_books import (
     ROOT,
     by_id,
@@ -137,9 +138,7 @@ def test_entries_without_result_are_not_yet():
 def test_judged_files_are_read_in_order_and_validated(tmp_path):
     folder = tmp_path / "judged"
     for name in ("b/s1", "a/s2"):
-        path = folder / f"{name}.json"
-        path.parent.mkdir(parents=True)
-        path.write_text(json.dumps(judged(name)))
+        write(folder / f"{name}.json", json.dumps(judged(name)))
     assert [c["page"] for c in verdict.read_judged(folder)] == ["a/s2", "b/s1"]
     assert verdict.read_judged(tmp_path / "nothing") == []
 

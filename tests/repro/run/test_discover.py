@@ -10,6 +10,7 @@ from repro.run import discover, names
 from repro.run.discover import producers
 from repro.run.jobs import function_of
 from repro.run.reach import Reach
+from tests.sample_files import write
 
 SHARED = 'WIDE = ("one", "two")\nMADE = tuple(sorted(WIDE))\n'
 RESULTS = """
@@ -30,21 +31,14 @@ def fig_9_1(results):
 FOLDER = "chapters/ch09_x/s9_1_y"
 
 
-def write(root: Path, name: str, text: str) -> Path:
-    path = root / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
-    return path
-
-
 def checkout(root: Path, needs: str, imports: str = "", before: str = "") -> Path:
     """A page whose figure names its needs; return the file of the figure."""
-    write(root, "chapters/__init__.py", "")
-    write(root, "chapters/shared/rigs.py", SHARED)
-    write(root, f"{FOLDER}/page.py", "# %% [markdown]\n")
-    write(root, f"{FOLDER}/results.py", RESULTS)
+    write(root / "chapters/__init__.py", "")
+    write(root / "chapters/shared/rigs.py", SHARED)
+    write(root / f"{FOLDER}/page.py", "# %% [markdown]\n")
+    write(root / f"{FOLDER}/results.py", RESULTS)
     text = FIGURE.format(needs=needs, imports=imports, before=before)
-    return write(root, f"{FOLDER}/figures.py", text)
+    return write(root / f"{FOLDER}/figures.py", text)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +127,7 @@ def other_figure(results, identifier):
 
 def test_family_has_one_function(tmp_path, monkeypatch):
     checkout(tmp_path, "()")
-    write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    write(tmp_path / f"{FOLDER}/trials.py", FAMILY)
     one, two = (p for p in producers(tmp_path) if p.kind == "experiment")
     drawn = [p for p in producers(tmp_path) if p.function == "drawn"]
     assert [(p.kind, p.id) for p in drawn] == [
@@ -163,14 +157,14 @@ def test_family_has_one_function(tmp_path, monkeypatch):
 
 def test_rigs_of_rendered_sets_are_inputs(tmp_path):
     checkout(tmp_path, "()")
-    write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    write(tmp_path / f"{FOLDER}/trials.py", FAMILY)
     made = next(p for p in producers(tmp_path) if p.kind == "experiment")
     assert made.inputs == ("data/rigs/ball.yaml", "data/rigs/cup.yaml")
 
 
 def test_only_changed_files_are_parsed_again(tmp_path, monkeypatch):
     path = checkout(tmp_path, "WIDE", "from chapters.shared.rigs import WIDE")
-    other = write(tmp_path, f"{FOLDER}/trials.py", FAMILY)
+    other = write(tmp_path / f"{FOLDER}/trials.py", FAMILY)
     rigs = tmp_path / "chapters/shared/rigs.py"
     parsed = []
     plainly = names.parsed

@@ -40,15 +40,20 @@ def run_all(plan: Plan, shards: int, path: Path) -> tuple[bytes, bytes]:
     return path.read_bytes(), path.with_suffix(".npz").read_bytes()
 
 
+@pytest.fixture
+def result(tmp_path):
+    """The Result of PLAN, of several shards."""
+    run_all(PLAN, 5, tmp_path / "r.json")
+    return results.Result(tmp_path / "r.json")
+
+
 def test_result_is_independent_of_shards(tmp_path):
     one = run_all(PLAN, 1, tmp_path / "one.json")
     assert run_all(PLAN, 5, tmp_path / "five.json") == one
     assert run_all(PLAN, 24, tmp_path / "all.json") == one
 
 
-def test_result_round_trip(tmp_path):
-    run_all(PLAN, 3, tmp_path / "r.json")
-    result = results.Result(tmp_path / "r.json")
+def test_result_round_trip(result):
     rng = marks.trial_rng("fig_0_0", CONDITIONS[1], 4)
     draws = rng.standard_normal(20)
     assert np.array_equal(result.arrays("draws", noise=1.0)[4], draws)
@@ -69,18 +74,14 @@ def test_failed_trial_has_no_value(tmp_path):
     np.testing.assert_array_equal(found, [1.0, np.nan, 3.0])
 
 
-def test_column_requires_one_condition(tmp_path):
-    run_all(PLAN, 1, tmp_path / "r.json")
-    result = results.Result(tmp_path / "r.json")
+def test_column_requires_one_condition(result):
     with pytest.raises(KeyError, match="2 conditions fit"):
         result.column("method.mean", extent="finite")
     with pytest.raises(KeyError, match="0 conditions fit"):
         result.column("method.mean", noise=7.0)
 
 
-def test_selection_follows_plan_order(tmp_path):
-    run_all(PLAN, 5, tmp_path / "r.json")
-    result = results.Result(tmp_path / "r.json")
+def test_selection_follows_plan_order(result):
     both = result.select(extent="finite")
     apart = [result.one(noise=noise) for noise in (0.5, 1.0)]
     for read in (lambda s: s.column("method.mean"), lambda s: s.texts("reason")):
@@ -91,9 +92,7 @@ def test_selection_follows_plan_order(tmp_path):
     assert both.conditions == CONDITIONS
 
 
-def test_selection_splits_by_levels(tmp_path):
-    run_all(PLAN, 1, tmp_path / "r.json")
-    result = results.Result(tmp_path / "r.json")
+def test_selection_splits_by_levels(result):
     assert result.levels("noise") == [0.5, 1.0]
     parts = result.by("noise", extent="finite")
     assert list(parts) == [0.5, 1.0]
@@ -102,10 +101,9 @@ def test_selection_splits_by_levels(tmp_path):
 
 
 @pytest.mark.parametrize("asked", [{"noise": 7.0}, {"nois": 0.5}, {"nois": None}])
-def test_empty_selection_is_rejected(tmp_path, asked):
-    run_all(PLAN, 1, tmp_path / "r.json")
+def test_empty_selection_is_rejected(result, asked):
     with pytest.raises(KeyError, match="0 conditions fit"):
-        results.Result(tmp_path / "r.json").select(**asked)
+        result.select(**asked)
 
 
 def test_more_trials_keep_first_ones(tmp_path):
@@ -136,11 +134,10 @@ def test_missing_and_duplicate_trials_are_rejected(tmp_path):
     assert not (tmp_path / "r.json").exists()
 
 
-def test_result_has_no_nan_and_no_machine_data(tmp_path):
-    run_all(PLAN, 2, tmp_path / "r.json")
-    content = json.loads((tmp_path / "r.json").read_text())
-    assert {"seconds", "host", "finished", "versions"}.isdisjoint(content)
-    assert "NaN" not in (tmp_path / "r.json").read_text()
+def test_result_has_no_nan_and_no_machine_data(result):
+    text = result.path.read_text()
+    assert {"seconds", "host", "finished", "versions"}.isdisjoint(json.loads(text))
+    assert "NaN" not in text
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60), st.integers(0, 5))
@@ -148,8 +145,7 @@ def test_summary_brackets_median_and_counts_missing(values, missing):
     found = results.summary(values + [None] * missing)
     low, high = found["median_interval"]
     assert low <= found["median"] <= high
-    assert found["n"] == len(values)
-    assert found["without_value"] == missing
+    assert (found["n"], found["without_value"]) == (len(values), missing)
 
 
 def test_summary_matches_manual_example():
@@ -188,12 +184,11 @@ def test_image_sets_have_own_random_streams():
 def test_interrupted_write_keeps_old_file(tmp_path):
     path = tmp_path / "r.json"
     results.write_json(path, {"old": 1})
-    with pytest.raises(ValueError, match=r"not JSON compliant|Out of range"):
+    with pytest.raises(ValueError, match="not JSON compliant"):
         results.write_json(path, {"new": float("nan")})
     with pytest.raises(TypeError):
         results.write_atomic(path, None)
     assert json.loads(path.read_text()) == {"old": 1}
-    assert [p.name for p in tmp_path.iterdir()] == ["r.json"]
 
 
 def test_unknown_verdict_is_rejected():

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from repro.run.reach import Reach
+from tests.sample_files import write
 
 FILES = {
     "chapters/__init__.py": "",
@@ -78,9 +79,7 @@ def checkout(tmp_path: Path) -> Path:
     from textwrap import dedent
 
     for name, text in FILES.items():
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(dedent(text))
+        write(tmp_path / name, dedent(text))
     return tmp_path
 
 

@@ -16,6 +16,7 @@ from repro.workflow.intact import drop_damaged
 from repro.workflow.job import run
 from repro.workflow.rendering import RenderedSets
 from tests.raxel.lab.test_rig import small_rig
+from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
 NAME, OTHER = "small/3", "small/4"
@@ -37,9 +38,7 @@ def key(root, name=NAME):
 
 
 def written(root, name, text):
-    path = root / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
+    write(root / name, text)
 
 
 @pytest.fixture

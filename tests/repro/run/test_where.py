@@ -11,6 +11,7 @@ from repro.page import reader
 from repro.run import where
 from repro.run.discover import producers
 from tests import made_results
+from tests.sample_files import write
 from tests.small_checkouts import ROOT, run, write_page
 
 MADE = producers(ROOT)
@@ -72,9 +73,7 @@ def plain(effort):
 @pytest.fixture
 def checkout(tmp_path):
     shutil.copytree(ROOT / "data/published", tmp_path / "data/published")
-    path = tmp_path / "chapters/ch02_x/s1_a/page.py"
-    path.parent.mkdir(parents=True)
-    path.write_text(PAGE)
+    write(tmp_path / "chapters/ch02_x/s1_a/page.py", PAGE)
     return tmp_path
 
 

@@ -11,6 +11,7 @@ from repro.page.notebook import PageError
 from repro.site import assemble
 from repro.site.check import check_site
 from repro.site.sphinx import build_site, without_source
+from tests.sample_files import write
 from tests.small_checkouts import (
     ODD,
     PAGE,
@@ -186,9 +187,7 @@ def test_files_without_source_are_removed(tmp_path):
     gone = ("sets/two.html", "figures/a@two.svg", "_images/a@two.svg")
     for folder, names in (("source", kept["source"]), ("html", kept["html"] + gone)):
         for name in names:
-            path = tmp_path / folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text("x")
+            write(tmp_path / folder / name, "x")
     assert sorted(without_source(source, built)) == sorted(gone)
 
 
