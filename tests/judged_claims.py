@@ -19,6 +19,16 @@ def verdicts(judge, results):
     return first, set(others)
 
 
+def assert_verdicts(judge, true, false=(), turned=()):
+    """A claim is reproduced on true results, differs on false ones, and is undecided
+    on those that some level of the sweep turns."""
+    assert verdicts(judge, true) == ("reproduced", {"reproduced"})
+    for results in false:
+        assert verdicts(judge, results) == ("differs", {"differs"})
+    for results in turned:
+        assert verdicts(judge, results) == ("undecided", {"reproduced"})
+
+
 def of_rejected(judge, results):
     """{(verdict, how many of how many runs were rejected, verdict with these as
     misses)} of all readings; of one that tells of none, the verdict alone."""

@@ -6,7 +6,7 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims, report
 from chapters.shared.mirror.levels import BENCHES, FIRST, LEVEL, SWEPT
 from repro.run.outcomes import NOT_COMPARABLE
-from tests.judged_claims import of_rejected, readings_of, verdicts
+from tests.judged_claims import assert_verdicts, of_rejected, readings_of
 from tests.made_results import of_levels
 
 SEEDS, SEEDS_FOR_95_PERCENT, LOST = 40, 80, 5
@@ -78,7 +78,6 @@ FALSE = {
 }
 
 
-SAME = ("reproduced", {"reproduced"})
 BY_PLACE = (claims.judge_angles_by_place, claims.judge_edges)
 
 
@@ -86,14 +85,14 @@ BY_PLACE = (claims.judge_angles_by_place, claims.judge_edges)
 def test_deflection_claim_holds_fails_and_is_undecided(judge):
     seeds = SEEDS_FOR_95_PERCENT if judge is claims.judge_underestimate else SEEDS
     size = {"seeds": seeds, "places": judge in BY_PLACE}
-    assert verdicts(judge, made(**size)) == SAME
-    for other in FALSE[judge]:
-        assert verdicts(judge, made(other, **size)) == ("differs", {"differs"})
-        # An end of the sweep at which it is false leaves the primary verdict open, and
-        # so does one at which every run was rejected.
-        for end in (other, NONE):
-            found = verdicts(judge, made({}, end, **size))
-            assert found == ("undecided", {"reproduced"})
+    # An end of the sweep at which it is false leaves the primary verdict open, and so
+    # does one at which every run was rejected.
+    assert_verdicts(
+        judge,
+        made(**size),
+        (made(other, **size) for other in FALSE[judge]),
+        (made({}, end, **size) for end in (*FALSE[judge], NONE)),
+    )
 
 
 def test_verdict_that_differs_between_levels_is_undecided():

@@ -6,7 +6,7 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, experiment, report
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
-from tests.judged_claims import of_rejected, readings_of, verdicts
+from tests.judged_claims import assert_verdicts, of_rejected, readings_of, verdicts
 from tests.made_results import of_columns, of_levels
 
 SEEDS = 60
@@ -57,7 +57,6 @@ def ended_early(runs):
     )
 
 
-SAME, OTHER = ("reproduced", {"reproduced"}), ("differs", {"differs"})
 TURNED = ("undecided", {"reproduced"})
 GROWING = {f"step{k}.back_mm": 1 + 0.1 * k for k in range(1, 7)}
 FALSE = {
@@ -73,8 +72,7 @@ FALSE = {
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
 def test_repeatability_claim_holds_and_fails(judge):
-    assert verdicts(judge, loops()) == SAME
-    assert verdicts(judge, loops(**FALSE[judge])) == OTHER
+    assert_verdicts(judge, loops(), [loops(**FALSE[judge])])
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
@@ -133,13 +131,12 @@ def placed(coarse=0.1, dense=0.05, lost=0, at=None):
 
 
 def test_placement_claims_use_the_spread_between_positions():
-    assert verdicts(claims.judge_placement, placed(lost=3)) == SAME
-    assert verdicts(claims.judge_dense_grid, placed(lost=3)) == SAME
-    assert verdicts(claims.judge_placement, placed(0.03)) == OTHER
-    assert verdicts(claims.judge_dense_grid, placed(0.1, 0.1)) == OTHER
     turned = placed(at={"half the aberration": {"coarse": 0.02, "dense": 0.02}})
-    for judge in (claims.judge_placement, claims.judge_dense_grid):
-        assert verdicts(judge, turned) == TURNED
+    for judge, false in (
+        (claims.judge_placement, placed(0.03)),
+        (claims.judge_dense_grid, placed(0.1, 0.1)),
+    ):
+        assert_verdicts(judge, placed(lost=3), [false], [turned])
     reading = readings_of(claims.judge_placement, placed(lost=3))[0]
     assert f"rejected of {5 * SEEDS}: 3" in reading.reason
     result = placed()["exp_c5_dense_grid"]
@@ -158,14 +155,13 @@ def started(lost=0, at=EVERY, **sd_mm):
 
 def test_start_claim_uses_the_worse_step_of_completed_runs():
     judge = claims.judge_starts
-    assert verdicts(judge, started()) == SAME
-    for bad in ({"5": 0.06}, {"15": 0.2}):
-        assert verdicts(judge, started(**bad)) == OTHER
+    false = (started(**bad) for bad in ({"5": 0.06}, {"15": 0.2}))
+    turned = started(lost=SEEDS, at=("twice both",))
+    assert_verdicts(judge, started(), false, [turned])
     lost = readings_of(judge, started(lost=40))[0]
     assert lost.verdict == "reproduced"
     assert "15 mm 0.2 %; 40 of 60 runs rejected" in lost.reason
     assert verdicts(judge, started(lost=SEEDS)) == ("undecided", {"undecided"})
-    assert verdicts(judge, started(lost=SEEDS, at=("twice both",))) == TURNED
 
 
 def test_dense_board_contains_the_coarse_corners():
