@@ -67,14 +67,11 @@ def test_noise_has_its_size_and_is_independent_between_grids(domain):
     data = drawn(noise=0.5, domain=domain)
     if domain == "px":
         errors = data.noisy_pixels - data.pixels
-    else:
-        errors = data.noisy_points - data.points
-    flat = errors.reshape(3, -1)
-    if domain == "px":
         fresh = data.fresh_pixels - data.pixels
     else:
+        errors = data.noisy_points - data.points
         fresh = data.fresh_points - data.points[0]
-    flat = np.vstack([flat, fresh.reshape(1, -1)])
+    flat = np.vstack([errors.reshape(3, -1), fresh.reshape(1, -1)])
     # 1998 draws per grid: the SD of an SD is 1.6 %, of a correlation 0.022.
     assert flat.std(axis=1) == pytest.approx(0.5, rel=0.07)
     assert np.abs(np.corrcoef(flat)[np.triu_indices(4, 1)]).max() < 0.1

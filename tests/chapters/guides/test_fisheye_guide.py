@@ -70,8 +70,7 @@ def test_board_script_writes_the_stated_board(tmp_path, monkeypatch):
     svg = Path("board.svg").read_text("utf-8")
     assert 'width="285mm" height="210mm"' in svg
     squares = re.findall(r"M([\d.]+) ([\d.]+)h15v15h-15z", svg)
-    assert len(squares) == 18 * 13 // 2
-    assert squares[0] == ("7.5", "7.5")
+    assert (len(squares), squares[0]) == (18 * 13 // 2, ("7.5", "7.5"))
     full = experiment.SIZES["full"]
     assert f"= {full.columns}, {full.rows}  #" in script_with("board.svg")
     # The smaller board fits a sheet with margins of 10 mm.

@@ -200,8 +200,7 @@ def test_photograph_record_adds_up():
             outcomes = ("right", "wrong", "unjudged", "refused")
             assert sum(run[name] for name in outcomes) == run["images"]
     scores = recorded_scores({"set": "fisheye-deltille"})
-    assert scores["images"] == 10
-    assert scores["raxel"]["right"] == 10
+    assert (scores["images"], scores["raxel"]["right"]) == (10, 10)
     assert scores["opencv"] == {"right": 2, "wrong": 0}
 
 
@@ -354,8 +353,7 @@ def test_changed_chapter_page_rebuilds_the_teachers_page():
 def test_class_runs_are_counted(results):
     of_class = ("fig_2_3_fov", "table_2_2_redrawn", "fig_2_2_error")
     columns = report.ext_class_runs({n: results[n] for n in of_class}).columns
-    assert columns["Trials each"] == [3, 3, 3]
-    assert columns["Conditions"] == [6, 3, 2]
+    assert (columns["Trials each"], columns["Conditions"]) == ([3, 3, 3], [6, 3, 2])
 
 
 def test_seconds_are_read_from_the_run_record(tmp_path, monkeypatch):

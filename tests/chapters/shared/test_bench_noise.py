@@ -92,8 +92,7 @@ def test_factors_and_sweep_match_the_ledger():
         "white": noise.WHITE_FACTOR,
     }
     assert chosen["bench_noise_sweep"]["value"] == list(noise.MULTIPLES)
-    assert min(noise.MULTIPLES) == 0.5
-    assert max(noise.MULTIPLES) == 2
+    assert (min(noise.MULTIPLES), max(noise.MULTIPLES)) == (0.5, 2)
 
 
 def reading_at(noise):

@@ -107,8 +107,7 @@ def test_stacked_planes_equal_single_ones():
 def test_on_plane_appends_zero_z():
     points = np.arange(12).reshape(2, 3, 2)
     lifted = on_plane(points)
-    assert lifted.shape == (2, 3, 3)
-    assert lifted.dtype == points.dtype
+    assert (lifted.shape, lifted.dtype) == ((2, 3, 3), points.dtype)
     np.testing.assert_array_equal(lifted[..., :2], points)
     assert not lifted[..., 2].any()
     np.testing.assert_array_equal(on_plane([0.5, 2.0]), [0.5, 2.0, 0.0])

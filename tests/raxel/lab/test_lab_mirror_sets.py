@@ -47,8 +47,7 @@ def test_mirror_rigs_are_valid(name):
     path = RIGS / f"{name}.yaml"
     assert is_mirror_set_rig(path)
     rig = load_mirror_set_rig(path)
-    assert rig.name == f"mirror-{name}"
-    assert list(rig.light) == ["low", "middle", "high"]
+    assert (rig.name, list(rig.light)) == (f"mirror-{name}", ["low", "middle", "high"])
     for shares in zip(*rig.light.values(), strict=True):
         assert list(shares) == sorted(shares, reverse=True)
     assert len(rig.cameras(0)) == len(rig.stages) == 4
@@ -61,8 +60,7 @@ def test_mirror_rigs_are_valid(name):
 
 
 def test_rendered_mirror_set_has_truth(rig, rendered):
-    assert rendered.name == "mirror-clean-low-3"
-    assert rendered.size == (128, 96)
+    assert (rendered.name, rendered.size) == ("mirror-clean-low-3", (128, 96))
     (step,) = rendered.steps
     assert step.deflection_mm == 5.0
     assert rendered.thickness_mm == 0.381

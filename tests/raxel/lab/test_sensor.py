@@ -83,8 +83,7 @@ def test_mosaic_gives_colour_and_grey():
     rng = np.random.default_rng(5)
     colour = sensor.expose(image, rng, colour=True)
     grey = sensor.expose(image, rng)
-    assert colour.shape == (60, 80, 3)
-    assert colour.dtype == np.uint16
+    assert (colour.shape, colour.dtype) == ((60, 80, 3), np.uint16)
     means = colour.mean(axis=(0, 1)) / 65535
     np.testing.assert_allclose(means, [0.2, 0.5, 0.8], atol=1e-3)
     luminance = np.dot([0.2126, 0.7152, 0.0722], [0.2, 0.5, 0.8])

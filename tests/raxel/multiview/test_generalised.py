@@ -151,8 +151,7 @@ def test_known_length_finds_short_motion():
 def test_length_is_determined_to_a_third(sd):
     """Three standard deviations are then as long as the motion."""
     found = MotionInformation(np.diag([1e4] * 5 + [sd**-2]), 10.0, np.zeros(3), 1.0)
-    assert found.scale_sd == pytest.approx(sd)
-    assert found.scale_determined == (3 * sd < 1)
+    assert (found.scale_sd, found.scale_determined) == (pytest.approx(sd), 3 * sd < 1)
 
 
 def test_angular_rays_rotate_about_closest_points():

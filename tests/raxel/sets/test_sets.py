@@ -184,8 +184,7 @@ def test_read_colour_keeps_colour(tmp_path, depth):
     loaded = one_image_set(tmp_path, "a.png", encoded("png", image))
     assert np.array_equal(read_colour(loaded, "a.png"), image)
     grey = read_image(loaded, "a.png")
-    assert grey.shape == (HEIGHT, WIDTH)
-    assert grey.dtype == depth
+    assert (grey.shape, grey.dtype) == ((HEIGHT, WIDTH), depth)
 
 
 def with_exif(jpeg, content):

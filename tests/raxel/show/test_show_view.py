@@ -23,8 +23,7 @@ def test_camera_symbol_marks_upper_side():
     K = [[100.0, 0, 49.5], [0, 100, 29.5], [0, 0, 1]]
     y = finite_points(frustum(PerspectiveCamera(K, [], 100, 60), 10.0))[:, 1]
     # Up is negative y: a quarter of the image's height above it, and nothing below.
-    assert y.max() == pytest.approx(2.95)
-    assert y.min() == pytest.approx(-1.5 * y.max())
+    assert (y.max(), y.min()) == (pytest.approx(2.95), pytest.approx(-1.5 * y.max()))
 
 
 def test_view_direction_shows_most_fronts():

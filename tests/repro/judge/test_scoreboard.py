@@ -86,8 +86,7 @@ def test_page_has_all_rows_and_correct_counts():
         assert ("(0.951 to 1.022)" in shown) == (wanted["regenerated"] is not None)
 
     counts = scoreboard.headline(rows)
-    assert counts["all"] == 6
-    assert counts["kind"] == {"claim": 4, "number": 2}
+    assert (counts["all"], counts["kind"]) == (6, {"claim": 4, "number": 2})
     assert list(counts["verdict"].items()) == [
         ("reproduced", 1), ("differs", 2), ("undecided", 1), ("setting", 1),
         ("not yet", 1),

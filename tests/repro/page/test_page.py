@@ -66,8 +66,7 @@ def test_failing_cell_is_one_line(page, tmp_path, monkeypatch, capfd):
     assert last.startswith(f"{path}:")
     assert ": cell " in last
     assert "ZeroDivisionError: division by zero" in last
-    assert out.read_text() == "the old one"
-    assert list(out.parent.iterdir()) == [out]
+    assert (out.read_text(), list(out.parent.iterdir())) == ("the old one", [out])
 
 
 def test_hanging_cell_is_stopped(page, tmp_path, monkeypatch, capfd):
@@ -100,8 +99,7 @@ def test_prose_gets_values_and_rejects_unknown_ones(page):
     output.metadata.scrapbook["value"] = 2.0
     notebook.cells[1].outputs = [output]
     settle(notebook, Path("p.py"))
-    assert notebook.cells[0].source == "# T 2.0"
-    assert notebook.cells[1].outputs == []
+    assert (notebook.cells[0].source, notebook.cells[1].outputs) == ("# T 2.0", [])
     assert "remove-input" in notebook.cells[1].metadata.tags
 
 

@@ -83,8 +83,7 @@ def board():
 @runs_scripts
 def test_table_head_sorts_numbers_and_empty_last(board):
     first, up, down = seen("scoreboard.js", board, {"click": "p"}, {"click": "p"})
-    assert first["sorted"] == {}
-    assert first["forms"] == [False]
+    assert (first["sorted"], first["forms"]) == ({}, [False])
     # A row stays in its own table: what nothing produces is folded below.
     # The words of a claim stand in its head, so that its cell is empty.
     assert up["rows"] == ["n_nine", "n_ten", "n_none", "c_words", "c_later"]
@@ -122,13 +121,11 @@ def test_filter_opens_matching_fold(board):
         {"fill": {"verdict": "", "q": "no such words"}}, {"hash": "#c_later"},
     )  # fmt: skip
     assert first["folds"] == [False]
-    assert later["rows"] == ["c_later"]
-    assert later["folds"] == [True]
+    assert (later["rows"], later["folds"]) == (["c_later"], [True])
     assert later["hash"] == "#verdict=not+yet"
     assert none["shown"] == "0 of 5 rows. No row fits these filters."
     # A plain name shows all rows, and opens the fold of its own.
-    assert len(named["rows"]) == 5
-    assert named["folds"] == [True]
+    assert (len(named["rows"]), named["folds"]) == (5, [True])
 
 
 def all_artefacts():

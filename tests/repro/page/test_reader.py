@@ -50,8 +50,7 @@ def test_table_of_two_sets_has_two_labels(built, monkeypatch):
         for line in shown(built, name, monkeypatch).splitlines()
         if line.startswith(":name:")
     ]
-    assert len(labels) == 2
-    assert len(set(labels)) == 2
+    assert (len(labels), len(set(labels))) == (2, 2)
 
 
 @pytest.mark.parametrize(("name", "cells"), [("one", 2), ("two", 0)])
@@ -59,8 +58,7 @@ def test_table_without_rows_is_valid(built, monkeypatch, name, cells):
     text = shown(built, name, monkeypatch)
     table = "\n".join(line for line in text.splitlines() if line.startswith("|"))
     tokens = [token.type for token in _parsed(table)]
-    assert tokens.count("table_open") == 1
-    assert tokens.count("th_open") == 2
+    assert (tokens.count("table_open"), tokens.count("th_open")) == (1, 2)
     assert tokens.count("td_open") == cells
 
 
@@ -123,14 +121,19 @@ def test_numbers_are_rounded_by_interval(value, interval, text):
     assert wording.rounded(value, interval, "px") == text
 
 
-def test_numbers_near_1_keep_digits():
-    assert wording.rounded(0.999998, None) == "0.999998"
-    assert wording.rounded(1.0007, None, "1") == "1.0007"
-    assert wording.rounded(-0.9999, None) == "-0.9999"
-    assert wording.rounded(1 - 1e-14, None, "px") == "1 px"
-    assert wording.rounded(12, None, "count") == "12"
-    narrow = wording.rounded(0.9999980, (0.9999979, 0.9999981))
-    assert narrow == "0.999998 (0.999998 to 0.999998)"
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        ((0.999998, None), "0.999998"),
+        ((1.0007, None, "1"), "1.0007"),
+        ((-0.9999, None), "-0.9999"),
+        ((1 - 1e-14, None, "px"), "1 px"),
+        ((12, None, "count"), "12"),
+        ((0.9999980, (0.9999979, 0.9999981)), "0.999998 (0.999998 to 0.999998)"),
+    ],
+)
+def test_numbers_near_1_keep_digits(number, text):
+    assert wording.rounded(*number) == text
 
 
 @pytest.mark.parametrize(

@@ -128,8 +128,7 @@ def test_position_may_occur_twice_in_flat_mirror(tmp_path):
     of_sets = {"platter": {"views": views}, "plate": {"views": image_views}}
     write_mirror_set(tmp_path, **of_sets)
     found = load_mirror_set(tmp_path)
-    assert found.platter_views("near") == [0, 2]
-    assert found.platter_views("far") == [1]
+    assert (found.platter_views("near"), found.platter_views("far")) == ([0, 2], [1])
 
 
 def test_view_without_position_is_named(tmp_path):
