@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import yaml
 
-from tests.image_sets import HEIGHT, WIDTH, description, write_description
+from tests.image_sets import description, write_description
 
 BOARDS = ("viewer", "plate", "stages")
 POSITIONS = ("near", "far")
@@ -39,18 +39,17 @@ def mirror_description(**changes):
 
 def write_mirror_set(folder, data=None, **of_sets):
     """A mirror set of grey images; of_sets: name of an image set -> changes."""
-    grey = cv2.imencode(".png", np.full((HEIGHT, WIDTH), 90, np.uint8))[1].tobytes()
     for name in BOARDS:
         count = 2 if name == "plate" else 4
         changed = description(count, **of_sets.get(name, {}))
-        _write(folder / name, changed, grey)
+        _write(folder / name, changed)
     for name in ("grids", "platter"):
         views = [
             {"name": position, "patterns": code(k)}
             for k, position in enumerate(POSITIONS)
         ]
         changed = description(0, target=MONITOR, views=views) | of_sets.get(name, {})
-        _write(folder / name, changed, grey)
+        _write(folder / name, changed)
     text = yaml.safe_dump(data or mirror_description(), sort_keys=False)
     (folder / "mirror.yaml").write_text(text, "utf-8")
 
@@ -60,8 +59,9 @@ def code(k):
     return [pattern | {"image": f"{k}-{pattern['image']}"} for pattern in CODE]
 
 
-def _write(folder, data, photograph):
+def _write(folder, data):
     folder.mkdir(parents=True)
+    grey = np.full(data["resolution"][::-1], 90, np.uint8)
     for view in data["views"]:
         names = (
             [view["image"]]
@@ -69,5 +69,5 @@ def _write(folder, data, photograph):
             else [pattern["image"] for pattern in view["patterns"]]
         )
         for name in names:
-            (folder / name).write_bytes(photograph)
+            (folder / name).write_bytes(cv2.imencode(".png", grey)[1].tobytes())
     write_description(folder, data)

@@ -22,7 +22,7 @@ from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
 from tests.drawn_images import Board as BoardBefore
 from tests.drawn_images import Lens, Photo, board_in_view, gaussian
-from tests.drawn_images import drawn as photographed
+from tests.drawn_images import drawn as drawn_image
 from tests.raxel.features.chessboard.test_find_board import seen, soft_and_noisy
 
 FINER = 4
@@ -191,7 +191,7 @@ def test_predicted_sd_covers_compression_and_clipping(quality):
     board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.4, -0.3, 0.2]))[0], np.zeros(3))
     board = board._replace(t=[0, 0, 19] - board.R @ [4.0, 2.5, 0])
     photo = Photo(blur=gaussian(0.8), grey=(20, 300), noise=2, quality=quality)
-    image, truth = photographed(lens, board, photo, np.random.default_rng(2))
+    image, truth = drawn_image(lens, board, photo, np.random.default_rng(2))
     off, sd = errors(find_board(image, 9, 6), truth)
     assert 0.7 < np.sqrt(np.mean((off / np.sqrt(2) / sd) ** 2)) < 1.4
 
@@ -202,7 +202,7 @@ def test_predicted_sd_matches_errors_of_small_squares(square, blur):
     lens, rng = Lens("equidistant", 160.0, 320, 240), np.random.default_rng(4)
     board = board_in_view(lens, 9, 6, square, rng, tilt=0.2)
     photo = Photo(blur=gaussian(blur), noise=1.5)
-    image, truth = photographed(lens, board, photo, rng)
+    image, truth = drawn_image(lens, board, photo, rng)
     off, sd = errors(find_board(image, 9, 6), truth)
     known = np.isfinite(off)
     assert known.sum() >= 50
@@ -213,7 +213,7 @@ def test_enlarged_image_is_searched_at_its_own_scale():
     lens, rng = Lens("perspective", 160.0, 190, 150), np.random.default_rng(4)
     board = board_in_view(lens, 9, 6, 11.0, rng, tilt=0.2)
     photo = Photo(blur=gaussian(1.5), noise=1.0, quality=90)
-    image, truth = photographed(lens, board, photo, rng)
+    image, truth = drawn_image(lens, board, photo, rng)
     large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_CUBIC)
     found = find_board(jpeg(large, 85))
     assert (found.found, found.missing) == (True, 0)
@@ -231,7 +231,7 @@ def test_corners_along_pixel_grid_are_unbiased(blur):
     board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.02, 0.01, 0.02]))[0], None)
     board = board._replace(t=[0, 0, 19.3] - board.R @ [4.2, 2.3, 0])
     photo = Photo(blur=gaussian(blur), noise=0.3)
-    image, truth = photographed(lens, board, photo, np.random.default_rng(2))
+    image, truth = drawn_image(lens, board, photo, np.random.default_rng(2))
     off, sd = errors(find_board(image, 9, 6), truth)
     assert np.sqrt(np.mean(off**2) / 2) < 0.005 / np.sqrt(blur / 0.7)
     assert np.sqrt(np.mean((off / sd) ** 2) / 2) < 1.3
@@ -261,7 +261,7 @@ def test_blur_moves_outer_corners_of_small_squares():
     board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.0, 0.0, 0.3]))[0], None)
     board = board._replace(t=[0, 0, 160 / square] - board.R @ [4.0, 2.5, 0])
     photo = Photo(blur=gaussian(blur), noise=0.0)
-    image, truth = photographed(lens, board, photo, np.random.default_rng(2))
+    image, truth = drawn_image(lens, board, photo, np.random.default_rng(2))
     found = find_board(image, 9, 6)
     off = errors(found, truth)[0].reshape(6, 9) / square
     total = np.sqrt(blur**2 + 0.7**2 + 1 / 3 + 1 / 12) / square
