@@ -34,7 +34,7 @@ def sheet(target=TARGET):
     )
 
 
-def photograph(tilt_deg, target=TARGET, noise=1.0, seed=0, print_=None):
+def board_image(tilt_deg, target=TARGET, noise=1.0, seed=0, print_=None):
     """(image (HEIGHT, WIDTH) uint8, corners (rows * columns, 2) px) of a tilted board.
 
     A pinhole of focal length FOCAL px, with the principal point in the middle. print_:

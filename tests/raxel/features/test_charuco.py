@@ -23,8 +23,8 @@ from tests.charuco_boards import (
     TARGET,
     TILTS_DEG,
     WIDTH,
+    board_image,
     opencv_board,
-    photograph,
     sheet,
 )
 from tests.image_sets import description, write_description
@@ -45,7 +45,7 @@ def drawn_set(folder, **changes):
     folder.mkdir()
     truths = []
     for index, tilt in enumerate(TILTS_DEG):
-        image, corners = photograph(tilt, seed=index)
+        image, corners = board_image(tilt, seed=index)
         cv2.imwrite(str(folder / f"view{index}.png"), image)
         truths.append(corners)
     data = description(len(truths), resolution=[WIDTH, HEIGHT], target=CHARUCO)
@@ -55,7 +55,7 @@ def drawn_set(folder, **changes):
 
 @pytest.mark.parametrize("tilt", TILTS_DEG)
 def test_charuco_corners_have_board_order(tilt):
-    image, truth = photograph(tilt)
+    image, truth = board_image(tilt)
     found = find_charuco(image, TARGET)
     assert found.found
     assert (found.columns, found.rows) == (7, 5)
@@ -68,7 +68,7 @@ def test_charuco_corners_have_board_order(tilt):
 
 
 def test_charuco_mirrored_board_is_viewed_from_behind():
-    image, _ = photograph(TILTS_DEG[0])
+    image, _ = board_image(TILTS_DEG[0])
     found = find_charuco(np.ascontiguousarray(image[:, ::-1]), TARGET)
     straight = find_charuco(image, TARGET)
     again = found.corners.reshape(5, 7, 2)[:, ::-1] * [-1, 1] + [WIDTH - 1, 0]
@@ -92,7 +92,7 @@ def test_marker_paint_continues_surrounding_light(slope):
 
 
 def test_charuco_occlusion_leaves_other_corners():
-    image, truth = photograph(TILTS_DEG[0])
+    image, truth = board_image(TILTS_DEG[0])
     covered = image.copy()
     covered[:, : WIDTH // 2] = 128
     found = find_charuco(covered, TARGET)
@@ -143,7 +143,7 @@ def test_charuco_rejects_single_row():
     ],
 )
 def test_charuco_rejection_names_printed_board(printed, mirrored, reason):
-    image, _ = photograph(TILTS_DEG[0], replace(TARGET, **printed))
+    image, _ = board_image(TILTS_DEG[0], replace(TARGET, **printed))
     found = find_charuco(image[:, ::-1] if mirrored else image, TARGET)
     assert not found.found
     assert reason in found.reason
@@ -151,7 +151,7 @@ def test_charuco_rejection_names_printed_board(printed, mirrored, reason):
 
 @pytest.mark.parametrize("marker_mm", [16.0, 32.0])
 def test_rejection_mentions_markers(marker_mm):
-    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
+    image, _ = board_image(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
     for size in ((7, 5), (None, None)):
         reason = find_board(image, *size).reason
         assert reason.startswith("this looks like a ChArUco board (")
@@ -203,7 +203,7 @@ def test_charuco_marker_count_matches_board(counts, legacy):
 
 @pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])
 def test_charuco_dictionary_is_found_by_name(name):
-    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
+    image, _ = board_image(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
     markers = find_markers(image)
     assert markers.dictionary == name
     assert len(markers.numbers) >= 22
@@ -227,7 +227,7 @@ def test_april_tag_grid_is_named(border):
         if v < 4 and u < 5:
             tag = tags.generateImageMarker(5 * v + u, side, borderBits=border)
             print_[square][20 : 20 + side, 20 : 20 + side] = tag
-    image, _ = photograph(TILTS_DEG[1], print_=print_)
+    image, _ = board_image(TILTS_DEG[1], print_=print_)
     reasons = (
         find_charuco(image, TARGET).reason,
         with_marker_hint(rejected(6, 4, "no"), image).reason,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from raxel.features.circles import is_circle_grid
-from tests.charuco_boards import TILTS_DEG, photograph
+from tests.charuco_boards import TILTS_DEG, board_image
 
 SQUARE_GRID = [(60 * x, 60 * y) for y in range(6) for x in range(8)]
 STAGGERED_GRID = [(60 * x + 30 * (y % 2), 30 * y) for y in range(11) for x in range(7)]
@@ -33,7 +33,7 @@ def square(print_, centre):
 @pytest.mark.parametrize("centres", [SQUARE_GRID, STAGGERED_GRID, HEXAGONAL_GRID])
 def test_circle_grid_is_named(centres, inverse):
     print_ = sheet(centres, disc)
-    image, _ = photograph(TILTS_DEG[0], print_=255 - print_ if inverse else print_)
+    image, _ = board_image(TILTS_DEG[0], print_=255 - print_ if inverse else print_)
     assert is_circle_grid(image)
 
 
@@ -41,5 +41,5 @@ def test_circle_grid_is_named(centres, inverse):
 def test_blurred_squares_are_not_circles(blur):
     """Ink or light leaves gaps between the dark squares of a board."""
     board = [(56 * x, 56 * y) for y in range(6) for x in range(8) if (x + y) % 2]
-    image, _ = photograph(TILTS_DEG[0], print_=sheet(board, square))
+    image, _ = board_image(TILTS_DEG[0], print_=sheet(board, square))
     assert not is_circle_grid(cv2.GaussianBlur(image, (0, 0), blur))
