@@ -33,6 +33,9 @@ from raxel.features.chessboard.verdict import (
 from raxel.features.detector import Detection, Partial, as_8_bit, rejected
 from raxel.features.lattice import standard_order
 
+# Squares of a second board, relative to the largest; others are background.
+MIN_SQUARE_RATIO = 1 / 3
+
 
 def find_board(
     image: np.ndarray, columns: int | None = None, rows: int | None = None
@@ -153,7 +156,7 @@ def _known_size(result, image, columns, rows):
     wanted = {(columns, rows), (rows, columns)}
     verdicts = _verdicts(result, image, known_size=True)
     sound = [v.certain for v in verdicts if not v.fault]
-    boards = [grid for grid in sound if grid.known.shape in wanted]
+    boards = _in_front([grid for grid in sound if grid.known.shape in wanted])
     if len(boards) == 1:
         return _detection(boards[0], image, columns, rows)
     if boards:
@@ -162,6 +165,24 @@ def _known_size(result, image, columns, rows):
     fault = verdicts[0].fault or _other_size(grids[0], image, wanted)
     reason = f"no board of {columns} x {rows} interior corners: {fault}"
     return _rejected_with_part(grids[0], image, columns, rows, reason)
+
+
+def _in_front(boards):
+    """The boards without those whose squares are small compared with the largest.
+
+    Prints on a wall or a screen far behind the board may have its number of squares.
+    """
+    spacings = [
+        np.nanmedian(np.linalg.norm(np.diff(grid.points, axis=axis), axis=2))
+        for grid in boards
+        for axis in (0, 1)
+    ]
+    sides = np.reshape(spacings, (-1, 2)).max(axis=1)
+    return [
+        grid
+        for grid, side in zip(boards, sides, strict=True)
+        if side >= MIN_SQUARE_RATIO * sides.max()
+    ]
 
 
 def _other_size(grid, image, wanted):

@@ -164,6 +164,16 @@ def test_two_boards_are_rejected_with_both_sizes():
     assert found.complete == ((9, 6), (9, 6))
 
 
+def test_small_board_in_the_background_is_ignored():
+    one = seen(drawn("straight"))
+    small = cv2.resize(one, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    assert find_board(small, 9, 6).found
+    below = one.shape[0] - small.shape[0]
+    small = np.pad(small, ((0, below), (0, 0)), constant_values=200)
+    found = find_board(np.hstack([one, small]), 9, 6)
+    np.testing.assert_allclose(found.corners, find_board(one, 9, 6).corners, atol=0.02)
+
+
 def images_without_a_board():
     v, u = np.mgrid[0:480, 0:640].astype(float)
     rng = np.random.default_rng(5)
