@@ -93,7 +93,7 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         say(f"{number}/{len(files)} {name}")
     bits = ", ".join(f"{count} of {depth} bit" for depth, count in depths.items())
     uses = Counter(view.use for view in image_set.views)
-    boards = _sampled_boards(image_set, say)
+    boards = _sampled_boards(image_set)
     found = sum(board.detection.found for board in boards)
     _print_fields(
         ("set", image_set.name),
@@ -114,11 +114,11 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         )
 
 
-def _sampled_boards(image_set: ImageSet, say: Say) -> list[Board]:
+def _sampled_boards(image_set: ImageSet) -> list[Board]:
     if not isinstance(image_set.target, Chessboard):
         return []
     step = math.ceil(len(image_set.views) / N_SEARCHED)
-    return detect_boards(image_set, views=image_set.views[::step], say=say)
+    return detect_boards(image_set, DEFAULT_DETECTOR, image_set.views[::step])
 
 
 def _print_fields(*fields: tuple[str, str | None]) -> None:
