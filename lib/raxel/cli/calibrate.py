@@ -151,10 +151,21 @@ def _focal_length_sd(fitted, images, views):
 
 def _with_corners(fitted, model, views, size, unit, say):
     """(Fitted, its WrongCorners, BoardCorners), fitted again with displaced corners
-    of the board where halves of the images support them."""
+    of the board where halves of the images support them. An image that is inconsistent
+    with the others is no evidence about the board."""
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
     scores = right.whole.images
-    corners = board_corners(fitted.camera, *_used(fitted, scores, views), fitted.shape)
+    images, seen = map(list, _used(fitted, scores, views))
+    corners = board_corners(fitted.camera, images, seen, fitted.shape)
+    halves = (
+        corners
+        and corners.used
+        and split_half(fitted.camera, images, seen, fitted.shape)
+    )
+    if halves and halves.outlier:
+        odd = [view.name for view in seen].index(halves.outlier.name)
+        del images[odd], seen[odd]
+        corners = board_corners(fitted.camera, images, seen, fitted.shape)
     if corners and corners.used:
         say(f"{model}: fitting again, with the displaced corners of the board")
         fitted = fitted._replace(corners=(views[0].points, corners.offsets))
