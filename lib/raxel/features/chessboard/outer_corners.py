@@ -1,10 +1,10 @@
 """Errors of the outer corners of a board, where neighbouring squares end.
 
 Blur mixes the edges of neighbouring corners into the window of a corner. Around an
-inner corner they are symmetric and do not move it. Beyond the outer squares of a board
-there are none, and an outer corner moves. The model is a board of unit squares with a
-bright margin, smoothed by a Gaussian: an indicator of the squares along each axis, and
-the alternating sign of the squares, both smoothed. The corner fit is applied to its
+inner corner they are symmetric and do not move it. No squares follow beyond the sides
+of a board, so an outer corner moves. The model is a board of unit squares with a bright
+margin, smoothed by a Gaussian: an indicator of the squares along each axis, and the
+alternating sign of the squares, both smoothed. The corner fit is applied to its
 gradients. A grey margin gives shifts that are a sixth smaller.
 """
 
