@@ -67,8 +67,8 @@ DIAGNOSES = {
     ),
     "displaced-points": (
         "{point}s deviate from nominal positions{scope}: column {column}, row {row} by "
-        "{offset:.2g} +- {sd:.1g} {unit}, used in the fit (held-out RMS {nominal:.3g| "
-        "px}, {displaced:.3g| px} with it)",
+        "{offset:.2g} +- {sd:.1g} {unit}, used in the fit (RMS on other half "
+        "{nominal:.3g| px}, {displaced:.3g| px} with it)",
         "use a stiff {target}",
     ),
     "non-central-rays": (

@@ -415,7 +415,9 @@ def test_misprinted_row_is_located(calibrate, tmp_path):
     offset = np.linalg.norm(found["offsets"][found["worst"]])
     assert f", row 2 by {offset:.2g} +- " in warning
     before, after = found["held_out_px"].values()
-    assert f"used in the fit (held-out RMS {before:.3g} px, {after:.3g} px" in warning
+    assert (
+        f"used in the fit (RMS on other half {before:.3g} px, {after:.3g} px" in warning
+    )
     assert result["rms_px"] < after < 0.7 * before
     boards = boards_of(PINHOLE, 3, 10)
     printed, result = calibrate(boards, "--model", "zhang")
