@@ -60,12 +60,13 @@ class ClusteredCovariance(NamedTuple):
     """covariance (P, P), of errors; alone (P, P), for independent corners; estimated
     (P, P): from the scatter between images, without the factor for their small number,
     for tests whose distribution includes it; factor of standard deviations: common
-    ratio to those of independent corners."""
+    ratio to those of independent corners; step (P,): to the minimum."""
 
     covariance: np.ndarray
     alone: np.ndarray
     estimated: np.ndarray
     factor: float
+    step: np.ndarray
 
 
 def clustered_covariance(normal, gradient, variance):
@@ -88,7 +89,9 @@ def clustered_covariance(normal, gradient, variance):
     outer = variance / np.outer(scale, scale)
     covariance, estimated = (outer * (root @ of @ root.T) for of in (wider, mixed))
     factor = float(np.sqrt(np.trace(wider) / len(wider)))
-    return ClusteredCovariance(covariance, outer * (root @ root.T), estimated, factor)
+    step = root @ steps.sum(axis=0) / scale
+    alone = outer * (root @ root.T)
+    return ClusteredCovariance(covariance, alone, estimated, factor, step)
 
 
 def _mixed(steps):
@@ -506,8 +509,11 @@ def error_covariance(fit, boards):
     deviations as in ClusteredCovariance.
 
     Schwarz's criterion leaves out terms that the boards do not prove, and a lens may
-    have them. The next radial term counts as absent or unknown with equal probability.
-    It changes little, unless the boards determine the parameters by its absence only.
+    have them. Its differences are twice the logarithms of posterior odds (Kass and
+    Raftery 1995, doi:10.1080/01621459.1995.10476572): the next radial term k, estimated
+    with the variance v from n coordinates, has the odds exp(k^2 / 2v) / n^(1/2). With
+    it the parameters would change by a step. Their errors are of mean square covariance
+    with the term, plus that step, at its probability, and covariance without otherwise.
     A free xi is such a term itself.
     """
     found = covariance_of(fit, boards)
@@ -516,8 +522,14 @@ def error_covariance(fit, boards):
     wider = fit.formula._replace(radial=fit.formula.radial + 1)
     values = fit.formula.moved_to(wider, fit.result.values)
     other = covariance_of(FormulaFit(wider, fit.result._replace(values=values)), boards)
+    errors = other.covariance + np.outer(other.step, other.step)
     own = [wider.names.index(name) for name in fit.formula.names]
-    return (found.covariance + other.covariance[np.ix_(own, own)]) / 2, found.factor
+    k = wider.names.index(f"k{wider.radial}")
+    gain = other.step[k] ** 2 / other.covariance[k, k]
+    count = 2 * np.count_nonzero(boards.seen)
+    share = 1 / (1 + np.exp((np.log(count) - gain) / 2))
+    covariance = (1 - share) * found.covariance + share * errors[np.ix_(own, own)]
+    return covariance, found.factor
 
 
 def free_of(fit, boards):
