@@ -11,7 +11,7 @@ boards, whose poses alone are refitted. Tukey's biweight excludes outliers in th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -19,17 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from raxel.calibration.smooth import equations as linear_part
-from raxel.calibration.smooth.equations import (
-    CornersOfBoards,
-    free_polynomials,
-    grid_of,
-    node_places,
-)
+from raxel.calibration.smooth.equations import CornersOfBoards, grid_of, node_places
 from raxel.cameras.tables.interpolation import shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
+from raxel.geometry.poses import cross_matrix, transform
 
 CELLS = (4, 8, 16)  # along the image's longer side, tried in this order
 SMOOTHNESS = 10.0 ** np.arange(-9, 7)  # in data of a cell; search from START_INDICES
@@ -42,6 +37,9 @@ FIRST_SCALE_PX, MIN_SCALE_PX = 0.5, 0.05
 MAX_N_STEPS, STEP_TOL_PX = 30, 1e-5
 SELECTION_STEPS = (2, 5)  # steps at which cells and smoothness are chosen
 MIN_N_CORNERS = 6  # of a board
+N_AMPLITUDES = 61  # of the random field, four in a decade of the smoothness
+N_ROTATIONS = 3  # among the changes, without an effect on corners
+CHANGE_SMOOTHNESS = 1e-9  # continues changes of the trend where it has no rays
 
 
 class SplineAdjustment(NamedTuple):
@@ -93,6 +91,7 @@ def adjust_spline(
     boards: Sequence[tuple[np.ndarray, np.ndarray]],
     width: int,
     height: int,
+    slopes: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> SplineAdjustment:
     """Adjust a field on a trend and the poses of the boards.
 
@@ -106,6 +105,10 @@ def adjust_spline(
         pixels (N, 2); points (N, 2) on a flat board, or (N, 3) in its frame.
     width, height : int
         Size of the image, px.
+    slopes : callable, optional
+        Derivatives (N, 2, P) of the trend's pixels at points (N, 3), camera frame, by
+        its parameters, for a trend that was fitted to the same boards. The predicted
+        errors of the camera include those of the parameters.
 
     Returns
     -------
@@ -140,7 +143,8 @@ def adjust_spline(
         )
         if step > SELECTION_STEPS[1] and np.abs(control - before).max() < STEP_TOL_PX:
             break
-    return _completed(trend, T, corners, control, choice, of, step + 1, width, height)
+    size = width, height
+    return _completed(trend, T, corners, control, choice, of, step + 1, size, slopes)
 
 
 def _stacked(boards):
@@ -218,9 +222,9 @@ def _best_smoothness(of, grid):
 # ----------------------------------------------------------------------------- result
 
 
-def _completed(trend, T, corners, control, choice, of, steps, width, height):
+def _completed(trend, T, corners, control, choice, of, steps, size, slopes):
     grid = choice.grid
-    plain = RaySplineCamera(trend, grid.spacing, control, width, height)
+    plain = RaySplineCamera(trend, grid.spacing, control, *size)
     posed = np.concatenate(
         [
             transform(pose, corners.points[corners.board == k])
@@ -231,15 +235,17 @@ def _completed(trend, T, corners, control, choice, of, steps, width, height):
     _, scale = _weights(residuals, early=False)
     distance = np.linalg.norm(residuals, axis=1)
     inlier = distance <= OUTLIER_SCALES * scale
-    inverse, taken = _inverse(of, grid, choice.smoothness)
-    left = max(2 * np.count_nonzero(inlier) - taken - 6 * len(T), 1)
+    changes = _changes(plain, grid, T, slopes)
+    degrees = 2 * np.count_nonzero(inlier) - 6 * len(T)
+    errors, taken = _errors(of, grid, choice.smoothness, changes, degrees)
+    left = max(degrees - taken, 1)
     sd_px = float(np.sqrt(np.sum(distance[inlier] ** 2) / left))
     covered = linear_part.covered_cells(
         corners.pixels[inlier], grid.shape, grid.spacing
     )
     camera = RaySplineCamera(
-        trend, grid.spacing, control, width, height, covered,
-        sd_px**2 * _at_nodes(inverse, grid),
+        trend, grid.spacing, control, *size, covered,
+        sd_px**2 * _at_nodes(errors, grid),
     )  # fmt: skip
     ends = np.cumsum(np.bincount(corners.board))[:-1]
     return SplineAdjustment(
@@ -248,16 +254,86 @@ def _completed(trend, T, corners, control, choice, of, steps, width, height):
     )  # fmt: skip
 
 
-def _inverse(of, grid, smoothness):
-    """Inverse (2K, 2K) of the normal matrix, polynomials free, and the effective number
-    of parameters."""
-    free = free_polynomials(grid.shape)
-    penalised = grid.penalty @ free
-    left = grid.penalty - penalised @ np.linalg.solve(free.T @ penalised, penalised.T)
-    expected = smoothness * of.of_a_cell * linear_part.twice(left)
-    normal = of.normal.sum(axis=0)
-    inverse = np.linalg.inv(normal + expected + linear_part.held(of))
-    return inverse, float(np.vdot(inverse, normal))
+# Errors of a field and its trend. The trend is a model whose parameters b were fitted
+# to the same corners, and the lens is any member of that model plus a field f. Of f the
+# prior is that of the adjustment, a random function with the covariance t^2 P^-1. With
+# the normal matrix M of the corners (poses eliminated, common rotations excluded), the
+# columns Z of changes by b and by rotations, and the noise n, the two fits are
+#
+#     Z b = H (M f + n),  H = Z (Z'M Z)^-1 Z',    c = A^-1 (M f + n - M Z b),
+#
+# A = M + smoothness (P + ties). So Z b + c = L (M f + n), L = A^-1 + (I - A^-1 M) H,
+# has the covariance of errors s^2 L M L' + t^2 (L M - I) P^-1 (L M - I)'. The first
+# part is noise, the second what the fits smooth away; (L M - I) Z = 0. The amplitude t
+# is that of the largest likelihood with b free (restricted maximum likelihood, H. D.
+# Patterson and R. Thompson 1971, doi:10.1093/biomet/58.3.545): the smoothness that
+# predicts best may be far from s^2 / t^2.
+
+
+def _errors(of, grid, smoothness, changes, degrees):
+    """Covariance (2K, 2K) of control values, in variances of a coordinate, and the
+    effective number of parameters.
+
+    changes (2K, Q): Z; degrees: number of coordinates less those of the poses.
+    """
+    from scipy.linalg import eigh
+
+    parts = linear_part.normal_parts(of, grid)
+    normal, prior = parts[0] + parts[2], of.of_a_cell * linear_part.twice(grid.penalty)
+    inverse = np.linalg.inv(linear_part.normal_matrix(parts, smoothness))
+    pulled = normal @ changes
+    left = (changes - inverse @ pulled) @ np.linalg.inv(changes.T @ pulled)
+    fit = inverse + left @ changes.T
+    follows = fit @ normal
+    # In these axes the prior is 1, and the normal matrix is diagonal.
+    size, axes = eigh(normal, prior)
+    right, seen = axes.T @ of.right.sum(axis=0), axes.T @ (prior @ changes)
+    known = of.squares.sum(), np.maximum(size, 0.0), right, seen
+    lost = follows @ axes - axes
+    smoothed = lost @ lost.T / _likeliest(*known, degrees)
+    # Of a linear fit F the residuals have the squares of n - tr(2 F - F F) coordinates.
+    taken = 2 * np.trace(follows) - np.vdot(follows, follows.T) - N_ROTATIONS
+    return follows @ fit.T + smoothed, float(taken)
+
+
+def _likeliest(squares, size, right, changes, degrees):
+    """Smoothness s^2 / t^2 of the largest restricted likelihood.
+
+    squares of the corners, normal matrix size (2K,), right (2K,) and changes (2K, Q) in
+    the axes of the prior.
+    """
+    least = degrees * STEP_TOL_PX**2
+    degrees, losses = degrees - changes.shape[1] + N_ROTATIONS, []
+    tried = np.geomspace(SMOOTHNESS[0], SMOOTHNESS[-1], N_AMPLITUDES)
+    for smoothness in tried:
+        share = smoothness / (size + smoothness)
+        information = (changes.T * (size * share)) @ changes
+        pull = changes.T @ (share * right)
+        left = squares - np.sum(right**2 / (size + smoothness))
+        left -= pull @ np.linalg.solve(information, pull)
+        volume = np.linalg.slogdet(information)[1] - np.sum(np.log(share))
+        losses.append(degrees * np.log(max(left, least)) + volume)
+    return tried[np.argmin(losses)]
+
+
+def _changes(camera, grid, T_camera_grid, slopes):
+    """Control values (2K, Q) of the trend's changes with its parameters, and with
+    common rotations, at the distance of the boards."""
+    places = node_places(grid.shape, grid.spacing).reshape(-1, 2)
+    rays = camera.rays(places)
+    distance = np.median(np.linalg.norm(T_camera_grid[:, :3, 3], axis=1))
+    points = rays.origins + distance * rays.directions
+    by_point = linear_part.image_slopes(camera.trend, points)
+    fields = [by_point @ -cross_matrix(points)] + ([slopes(points)] if slopes else [])
+    found = np.concatenate(fields, axis=2)
+    known = np.isfinite(found).all(axis=(1, 2))
+    index, share = shares(places[known], grid.shape, grid.spacing)
+    basis = np.zeros((len(index), len(grid.penalty)))
+    np.add.at(basis, (np.arange(len(index))[:, None], index), share)
+    square = basis.T @ basis + CHANGE_SMOOTHNESS * grid.penalty
+    values = [np.linalg.solve(square, basis.T @ found[known, a]) for a in (0, 1)]
+    changes = np.concatenate(values)
+    return changes / np.linalg.norm(changes, axis=0)
 
 
 def _at_nodes(inverse, grid):

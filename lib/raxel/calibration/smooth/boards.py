@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.parametric.lens_bundle import LensFormula, imaged_points
 from raxel.calibration.parametric.lens_formula import (
     BoardTest,
     PupilTest,
@@ -95,6 +96,12 @@ class _Start(NamedTuple):
     left_out: dict
     pupil: PupilTest | None
     board: BoardTest | None
+    formula: LensFormula  # of the trend
+    values: np.ndarray
+
+    def slopes(self, points):
+        """Derivatives (N, 2, P) of the trend's pixels by its parameters."""
+        return imaged_points(self.formula, self.values, points).by_values
 
     def solid(self, points):
         """Points (N, 3) of nominal ones (N, 2), with the board shape of the trend."""
@@ -171,7 +178,10 @@ def _lenses(views, width, height, board):
 def _lens_start(lens):
     poses = dict(enumerate(lens.T_camera_grid))
     moves = lens.pupil if lens.formula.pupil else None
-    return _Start(lens.formula.base, lens.camera, poses, {}, moves, lens.board)
+    return _Start(
+        lens.formula.base, lens.camera, poses, {}, moves, lens.board,
+        lens.formula, lens.values,
+    )  # fmt: skip
 
 
 def _generic_start(views, width, height, rng, units, side):
@@ -183,7 +193,12 @@ def _generic_start(views, width, height, rng, units, side):
     trend = trend_of_rays(pixels, rays, width, height)
     T_trend_rays = pose(trend.R_rays_trend.T, np.zeros(3))
     poses = dict(zip(found.used, T_trend_rays @ found.T_camera_grid, strict=True))
-    return _Start("rays", trend.camera, poses, dict(found.left_out), None, None)
+    lens = trend.camera
+    formula = LensFormula("kannala-brandt", len(lens.k) - 1, 0, 0)
+    values = np.concatenate([lens.pixels_per_unit, lens.principal_point, lens.k[1:]])
+    return _Start(
+        "rays", lens, poses, dict(found.left_out), None, None, formula, values
+    )
 
 
 def _laid(start, corners, width, height):
@@ -198,7 +213,7 @@ def _laid(start, corners, width, height):
             used.append(k)
     poses = np.array([start.T_camera_grid[k] for k in used]).reshape(-1, 4, 4)
     boards = [(corners[k][0], start.solid(corners[k][1])) for k in used]
-    found = adjust_spline(start.trend, poses, boards, width, height)
+    found = adjust_spline(start.trend, poses, boards, width, height, start.slopes)
     return _Laid(start, used, left_out, found)
 
 
