@@ -115,7 +115,7 @@ def _calibrated(image_set, views, asked, say):
     right_px = right.evaluation.rms_px
     lenses = "" if asked == "auto" else "try --model kannala-brandt or unified, "
     warnings += findings.warnings_of(result, right_px, words, lenses)
-    halves = split_half(fitted.camera, images, used, fitted.shape)
+    halves = split_half(fitted.camera, images, used, fitted.shape, fitted.lens)
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}

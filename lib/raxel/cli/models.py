@@ -14,6 +14,7 @@ from raxel.calibration import (
     calibrate_lens,
     calibrate_spline,
 )
+from raxel.calibration.parametric.lens_bundle import imaged_points
 from raxel.calibration.parametric.lens_formula import BoardTest, calibrate_pinhole
 from raxel.calibration.views.correspondence import displaced
 from raxel.cameras.core.base import Camera
@@ -26,12 +27,15 @@ SEED = 0
 class Fitted(NamedTuple):
     """camera; details: a dict for the result, with `left_out`: [{file, reason}]; board:
     BoardTest of the board's shape, None where it was not tested; corners: nominal
-    positions and displacements of the corners, None where the fit took none."""
+    positions and displacements of the corners, None where the fit took none; lens:
+    derivatives of pixels by parameters, and their covariance, as `split_half` takes
+    them, None where there are none."""
 
     camera: Camera
     details: dict
     board: BoardTest | None = None
     corners: tuple | None = None
+    lens: tuple | None = None
 
     @property
     def shape(self):
@@ -48,7 +52,8 @@ class Fitted(NamedTuple):
 def zhang(views, size, unit):
     """A pinhole with two radial terms."""
     found = calibrate_pinhole(views, *size)
-    return Fitted(found.camera, {"left_out": []} | _terms(found), found.board)
+    details = {"left_out": []} | _terms(found)
+    return Fitted(found.camera, details, found.board, lens=_errors(found))
 
 
 def lens(law, views, size, unit):
@@ -63,7 +68,18 @@ def lens(law, views, size, unit):
         ],
         "pupil": _pupil_fields(found.pupil),
     }
-    return Fitted(found.camera, details, found.board)
+    return Fitted(found.camera, details, found.board, lens=_errors(found))
+
+
+def _errors(found):
+    """(derivatives of pixels at points by the parameters, covariance), or None."""
+    if found.covariance is None:
+        return None
+
+    def slopes(points):
+        return imaged_points(found.formula, found.values, points).by_values
+
+    return slopes, found.covariance
 
 
 def _terms(found):

@@ -69,7 +69,8 @@ class BeyondBoards(NamedTuple):
     """share: of the pixels that have a ray, those outside the convex hull of all
     corners; unknown: of them, those outside with an SD above UNKNOWN_SD_PX; largest_px:
     SD of the worst ray outside, 0 without any; under_px: RMS of the SDs of rays inside
-    boards. SDs are distances in px, after the best rotation."""
+    boards, by the camera's own covariance where it has one. SDs are distances in px,
+    after the best rotation."""
 
     share: float
     unknown: float
