@@ -282,7 +282,7 @@ def _errors(of, grid, smoothness, changes, degrees):
     normal, prior = parts[0] + parts[2], of.of_a_cell * linear_part.twice(grid.penalty)
     inverse = np.linalg.inv(linear_part.normal_matrix(parts, smoothness))
     pulled = normal @ changes
-    left = (changes - inverse @ pulled) @ np.linalg.inv(changes.T @ pulled)
+    left = (changes - inverse @ pulled) @ np.linalg.pinv(changes.T @ pulled)
     fit = inverse + left @ changes.T
     follows = fit @ normal
     # In these axes the prior is 1, and the normal matrix is diagonal.

@@ -100,8 +100,10 @@ class _Start(NamedTuple):
     values: np.ndarray
 
     def slopes(self, points):
-        """Derivatives (N, 2, P) of the trend's pixels by its parameters."""
-        return imaged_points(self.formula, self.values, points).by_values
+        """Derivatives (N, 2, P) of the trend's pixels by its parameters, without those
+        of the board."""
+        own = slice(len(self.values) - len(self.formula.board))
+        return imaged_points(self.formula, self.values, points).by_values[..., own]
 
     def solid(self, points):
         """Points (N, 3) of nominal ones (N, 2), with the board shape of the trend."""

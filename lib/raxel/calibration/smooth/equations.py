@@ -38,11 +38,12 @@ from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
 # cell: data in the tail of such a value determine it less than that. Corners of boards
 # are few, and every tail counts: there the tie is FADE_TIE_WEIGHT times their squares,
 # and it weakens with the other priors where corners are exact. A strong tie next to
-# precise data would bend the field between them. Reported errors treat polynomials to
-# the third degree as unknown: a trend fitted to the same data has such errors, which no
-# smoothness removes. Sources: P. Eilers and B. Marx 1996, doi:10.1214/ss/1038425655
-# (penalised splines); G. Wahba 1983, doi:10.1111/j.2517-6161.1983.tb01239.x (the
-# covariance of such a fit).
+# precise data would bend the field between them. Reported errors of a table treat
+# polynomials to the third degree as unknown: a trend fitted to the same data has such
+# errors, which no smoothness removes. Those of a field on boards include the trend's
+# own parameters (`raxel.calibration.smooth.adjustment`). Sources: P. Eilers and B. Marx
+# 1996, doi:10.1214/ss/1038425655 (penalised splines); G. Wahba 1983,
+# doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a fit).
 
 
 TIE_WEIGHT, FAR_TIE_WEIGHT, FADE_TIE_WEIGHT = 1 / 4, 1e-3, 1.0
