@@ -51,7 +51,6 @@ def test_spline_predicts_its_errors(amplitude):
         squares = np.sum(errors**2, axis=1)
         ratios.append(np.sqrt(squares.mean() / variance.mean()))
         of_boards.append(under_px / np.sqrt(squares.mean()))
-    print(amplitude, np.round(ratios, 2), np.round(of_boards, 2))
     assert 0.7 < rms(ratios) < 1.35
     assert 0.7 < np.median(of_boards) < 1.6
 
