@@ -8,6 +8,7 @@ from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import findings
 from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
+from raxel.cli.sets import check_result_folder, opened_set, write_used_set
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import json_fields
@@ -31,7 +32,6 @@ from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
-from raxel.sets import load_set
 from raxel.sets.model import words_of
 
 FOLDS = 4
@@ -40,9 +40,10 @@ FOLDS = 4
 def calibrate(options, say):
     """Fit the requested model to the set's views for calibration."""
     check_writable(options.out, options.json)
-    image_set = load_set(options.set)
+    image_set = opened_set(options)
     check_outputs(options, image_set, [options.out], [options.corners, options.points])
     check_options(image_set, options)
+    check_result_folder(options, image_set)
     views = image_set.views_for("calibrate")
     needed = MIN_N_VIEWS[options.model]
     if len(views) < needed:
@@ -75,6 +76,7 @@ def calibrate(options, say):
         {options.out: fitted.camera},
         lambda folder: write_report(folder, *drawn),
     )
+    write_used_set(options, image_set, seen.size())
 
 
 def _calibrated(image_set, views, asked, say):

@@ -11,13 +11,15 @@ from raxel import __version__
 from raxel.cli.terminal import Say, print_help
 
 SECTIONS = {
-    **dict.fromkeys(["check", "corners", "decode"], "Image sets"),
+    **dict.fromkeys(["new", "check", "corners", "decode"], "Image sets"),
     **dict.fromkeys(["calibrate", "evaluate", "undistort", "show"], "Cameras"),
     **dict.fromkeys(["patterns", "render"], "Targets and simulation"),
 }
 OPTION_SECTIONS = {
-    **dict.fromkeys(["--out", "--json", "--report"], "Output"),
-    **dict.fromkeys(["--corners", "--points", "--camera", "--board"], "Input"),
+    **dict.fromkeys(["--out", "--json", "--report", "--force"], "Output"),
+    **dict.fromkeys(["--corners", "--points", "--camera"], "Input"),
+    **dict.fromkeys(["--board", "--pitch", "--marker", "--images"], "Input"),
+    **dict.fromkeys(["--video", "--every"], "Input"),
 }
 
 
@@ -25,14 +27,17 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
     """Import the code of a command, now that it is needed, and run it."""
     from raxel.sets import is_mirror_set
 
+    options.command = name
     match name:
+        case "new":
+            from raxel.cli.sets import new as command
         case "check":
             from raxel.cli.image_sets import check as command
         case "corners":
             from raxel.cli.image_sets import corners as command
         case "decode":
             from raxel.cli.active_grids import decode as command
-        case "calibrate" if is_mirror_set(options.set):
+        case "calibrate" if options.set and is_mirror_set(options.set):
             from raxel.cli.mirror import calibrate_mirror_set as command
         case "calibrate":
             from raxel.cli.calibrate import calibrate as command
@@ -48,7 +53,13 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
             from raxel.cli.active_grids import patterns as command
         case "render":
             from raxel.cli.images import render as command
-    command(options, say)
+    if name != "calibrate":
+        command(options, say)
+        return
+    from raxel.cli.sets import result_folder
+
+    with result_folder(options, say):
+        command(options, say)
 
 
 class Sections(click.Command):
@@ -110,8 +121,11 @@ def _command(name: str, help: str, example: str, *params: click.Parameter) -> Se
     )
 
 
-def _argument(name: str, help: str) -> click.Argument:
-    return click.Argument([name], type=file_name, metavar=name.upper(), help=help)
+def _argument(name: str, help: str, required: bool = True) -> click.Argument:
+    metavar = name.upper() if required else f"[{name.upper()}]"
+    return click.Argument(
+        [name], type=file_name, metavar=metavar, help=help, required=required
+    )
 
 
 def _option(name: str, type: Any, metavar: str, help: str, **more: Any) -> click.Option:
@@ -120,6 +134,30 @@ def _option(name: str, type: Any, metavar: str, help: str, **more: Any) -> click
 
 def _flag(*names: str, help: str, **more: Any) -> click.Option:
     return click.Option(names, is_flag=True, help=help, **more)
+
+
+def worded(read: Callable) -> Callable:
+    """Return a function that reads an option by a function that raises ValueError."""
+
+    def checked(text: str) -> Any:
+        try:
+            return read(text)
+        except ValueError as fault:
+            raise click.BadParameter(f"found {text!r}, {fault}") from fault
+
+    return checked
+
+
+def _board(text: str) -> Any:
+    from raxel.cli.sets import board_size
+
+    return board_size(text)
+
+
+def _length(text: str) -> float:
+    from raxel.cli.sets import length_mm
+
+    return length_mm(text)
 
 
 SEED = number(int, 0, 10**18 - 1, "a whole number from 0")
@@ -134,8 +172,38 @@ HELP = _flag(
     is_eager=True,
     expose_value=False,
 )
-SET = _argument("set", "Folder of an image set.")
-SET_OR_MIRROR_SET = _argument("set", "Folder of an image set or of a mirror set.")
+SET = _argument("set", "Folder of images, or of an image set with set.yaml.")
+SET_OR_MIRROR_SET = _argument("set", "As SET, or the folder of a mirror set.")
+FOLDER = (
+    _option(
+        "--board",
+        worded(_board),
+        "SIZE",
+        "Board in a folder without set.yaml: interior corners along a row and a column, "
+        "as 9x6, or charuco:9x6:4X4_50 with the dictionary of its markers.  [default: "
+        "chessboard, the images determine the size]",
+    ),
+    _option(
+        "--pitch",
+        worded(_length),
+        "LENGTH",
+        "Side of a square, such as 25mm, 2.5cm or 1in.  [default: unknown; lengths are "
+        "then in sides of squares]",
+    ),
+    _option(
+        "--marker",
+        worded(_length),
+        "LENGTH",
+        "Side of a marker of a ChArUco board.  [default: 3/4 of --pitch]",
+    ),
+    _option(
+        "--images",
+        file_name,
+        "PATTERN",
+        "Images of the folder that are used, such as 'IMG_*.jpg'.  [default: all; of "
+        "subfolders if the folder itself has none]",
+    ),
+)
 MODEL = _option(
     "--model",
     click.Choice(
@@ -176,7 +244,7 @@ STRICT = _flag(
 PROGRAM = Program(
     "raxel",
     help="Calibrate general cameras from images of known targets.",
-    epilog="Example: raxel calibrate my-camera --out camera.npz\n\nSee raxel COMMAND "
+    epilog="Example: raxel calibrate my-images --board 9x6 --pitch 25mm\n\nSee raxel COMMAND "
     "--help for the options of a command.",
     context_settings={"show_default": True},
     no_args_is_help=False,
@@ -192,10 +260,18 @@ PROGRAM = Program(
     ],
     commands=[
         _command(
+            "new",
+            "Write the set.yaml of a folder of images, to be edited.",
+            "raxel new my-images --board 9x6 --pitch 25mm",
+            _argument("set", "Folder of images."),
+            *FOLDER,
+        ),
+        _command(
             "check",
             "Read all files of an image set and summarise them.",
             "raxel check my-camera",
             SET_OR_MIRROR_SET,
+            *FOLDER,
         ),
         _command(
             "corners",
@@ -208,6 +284,7 @@ PROGRAM = Program(
                 "FILE",
                 "Detected corners. An existing file is kept if no board is found.",
             ),
+            *FOLDER,
             DETECTOR,
         ),
         _command(
@@ -242,17 +319,33 @@ PROGRAM = Program(
         _command(
             "calibrate",
             "Calibrate a camera from the images of a set.",
-            "raxel calibrate my-camera --out camera.npz --report calibration",
-            SET_OR_MIRROR_SET,
+            "raxel calibrate my-images --board 9x6 --pitch 25mm",
+            _argument("set", "As SET, or the folder of a mirror set.", required=False),
+            *FOLDER,
+            _option(
+                "--video",
+                file_name,
+                "FILE",
+                "Video in place of SET; frames that are sharp and differ are used.",
+            ),
+            _option(
+                "--every",
+                COUNT,
+                "N",
+                "Take at most one of N consecutive frames of the video.",
+                default=10,
+            ),
             _option(
                 "--out",
                 file_name,
-                "CAMERA",
-                "Camera file (.npz). For a mirror set it holds the last stage; "
-                "mirror-0.npz, mirror-1.npz, ... in the same folder hold all "
-                "stages.",
-                required=True,
+                "OUT",
+                "Folder for camera.npz, camera.json, corners.json (used again by the "
+                "next run), report/index.html and set.yaml; or, with the ending .npz, "
+                "the camera file alone. For a mirror set that holds the last stage; "
+                "mirror-0.npz, mirror-1.npz, ... in the same folder hold all stages.  "
+                "[default: SET-calibration]",
             ),
+            _flag("--force", help="Replace the results in OUT."),
             _option(
                 "--json",
                 file_name,

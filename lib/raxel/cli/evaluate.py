@@ -3,6 +3,7 @@
 from raxel.cameras.registry import load_camera
 from raxel.cli import findings
 from raxel.cli.outputs import check_outputs, check_writable, write_results
+from raxel.cli.sets import opened_set
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
 from raxel.evaluation.board_corners import without_wrong_corners
@@ -11,7 +12,6 @@ from raxel.evaluation.diagnoses import diagnosis, score_text
 from raxel.evaluation.json_fields import read_shape
 from raxel.evaluation.misfit import misfit
 from raxel.io.files import read_json
-from raxel.sets import load_set
 from raxel.sets.model import words_of
 
 UNMARKED = "all: no view is marked evaluate"
@@ -23,7 +23,7 @@ def evaluate(options, say):
     if options.stage is not None:
         raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
     check_writable(options.json)
-    image_set = load_set(options.set)
+    image_set = opened_set(options)
     check_outputs(
         options,
         image_set,

@@ -9,6 +9,7 @@ from typing import cast
 
 from raxel.cli.findings import of_cut_boards, of_pitch, of_pixels, reported
 from raxel.cli.outputs import check_outputs, check_writable
+from raxel.cli.sets import kept_corners, opened_set, write_corners
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features import charuco
@@ -35,7 +36,6 @@ from raxel.sets import (
     is_mirror_set,
     load_mirror_set,
     load_reference,
-    load_set,
     read_image,
 )
 from raxel.sets.image_files import has_orientation
@@ -51,7 +51,7 @@ def check(options: SimpleNamespace, say: Say) -> None:
     Of a chessboard, a few images spread over the set are searched.
     """
     if not is_mirror_set(options.set):
-        _check_images(load_set(options.set), say)
+        _check_images(opened_set(options), say)
         return
     mirror_set = load_mirror_set(options.set)
     for field, image_set in mirror_set.image_sets.items():
@@ -196,7 +196,7 @@ def corners(options: SimpleNamespace, say: Say) -> None:
     are then written too, but an existing file is kept.
     """
     check_writable(options.json)
-    image_set = load_set(options.set)
+    image_set = opened_set(options)
     check_outputs(options, image_set)
     boards, vote = detected(image_set, options, image_set.views, say)
     found = sum(board.detection.found for board in boards)
@@ -228,10 +228,19 @@ def corners(options: SimpleNamespace, say: Say) -> None:
 def boards_for(
     image_set: ImageSet, views: Sequence[View], options: SimpleNamespace, say: Say
 ) -> tuple[list[Board], SizeVote | None]:
-    """Return the boards of the views, from --corners or detected, as `detected`."""
+    """Return the boards of the views, from --corners or detected, as `detected`.
+
+    In a result folder, those of an earlier run are used again.
+    """
     if options.corners:
         return read_boards(options.corners, image_set, views), None
-    return detected(image_set, options, views, say)
+    detector = _detector_name(image_set, options)
+    if kept := kept_corners(options, image_set, views, detector):
+        say(f"corners of {options.folder} are used again")
+        return kept, None
+    boards, vote = detected(image_set, options, views, say)
+    write_corners(options, image_set, detector, boards, vote)
+    return boards, vote
 
 
 def detected(

@@ -13,6 +13,7 @@ import numpy as np
 
 from raxel.cameras.registry import load_camera
 from raxel.cli.outputs import check_written
+from raxel.cli.sets import opened_set
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
@@ -43,7 +44,7 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
     """Write the images of a set as a pinhole at the camera's centre would see them, or
     mapped onto the plane of an active grid."""
     out = Path(options.out)
-    image_set = load_set(options.set)
+    image_set = opened_set(options)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
     targets = png_names(files)
     _check_targets(out, targets, image_set, options.camera)

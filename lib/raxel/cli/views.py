@@ -30,21 +30,25 @@ class Entry(NamedTuple):
 class SeenViews(NamedTuple):
     """entries: an Entry for each view; views: BoardViews or DenseViews of those found,
     in their order; grids: for each grid its numbers, for the results; warnings: list of
-    Diagnosis; vote: SizeVote for the size of a board, or None."""
+    Diagnosis; vote: SizeVote for the size of a board, or None; unused: images of the
+    folder that are no views, with the reason."""
 
     entries: list
     views: list
     grids: list
     warnings: list
     vote: SizeVote | None = None
+    unused: tuple = ()
 
     def left_out(self):
-        """The views that cannot be used, for the result: [{file, reason}]."""
-        return [
-            {"file": entry.view.label, "reason": entry.reason}
-            for entry in self.entries
-            if not entry.found
-        ]
+        """The images that cannot be used, for the result: [{file, reason}]."""
+        missed = [(e.view.label, e.reason) for e in self.entries if not e.found]
+        return [{"file": f, "reason": why} for f, why in (*missed, *self.unused)]
+
+    def size(self):
+        """(columns, rows) of the boards, None without boards."""
+        boards = (v for v in self.views if not v.every_pixel)
+        return next(((board.columns, board.rows) for board in boards), None)
 
     def check_enough(self, image_set, needed, purpose):
         """Raise InputError unless `needed` views can be used."""
@@ -107,7 +111,7 @@ def seen_in(image_set, views, options, say):
     seen = board_views(image_set, boards)
     warnings = of_pitch(image_set.target) + of_cut_boards(boards, image_set)
     warnings += [*_copies(seen), *_near_copies(seen)]
-    return SeenViews(entries, seen, [], warnings, vote)
+    return SeenViews(entries, seen, [], warnings, vote, image_set.unused)
 
 
 def _copies(views):

@@ -1,3 +1,4 @@
+from .folder import folder_set as folder_set
 from .image_files import read_colour as read_colour
 from .image_files import read_image as read_image
 from .image_set import load_set as load_set

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 
@@ -11,6 +12,7 @@ import yaml
 from raxel.errors import InputError
 from raxel.io.documents import field_name, read_yaml, shown, validate
 from raxel.io.files import write_whole
+from raxel.sets.folder import image_names
 from raxel.sets.image_files import stored_size
 from raxel.sets.model import (
     DESCRIPTION,
@@ -290,13 +292,13 @@ def load_set(folder: str | Path) -> ImageSet:
         raise InputError(
             f"{folder}: not an image set (no {DESCRIPTION}); give a folder with one"
         )
-    return _checked(read_yaml(description), folder)
+    return _checked(read_yaml(description), description)
 
 
 def write_set(image_set: ImageSet) -> None:
-    """Write ``image_set.folder``/set.yaml, whole or not at all.
+    """Write the set.yaml of a set, at its `description`, whole or not at all.
 
-    The images must be in the folder already.
+    The images must be in their folder already.
 
     Parameters
     ----------
@@ -321,7 +323,7 @@ def write_set(image_set: ImageSet) -> None:
     >>> image_set.name, image_set.target.columns, image_set.views[0].label
     ('demo', 9, 'a.png')
     """
-    _checked(_plain(image_set), image_set.folder)
+    _checked(_plain(image_set), image_set.description)
     write_whole(image_set.description, set_text(image_set))
 
 
@@ -336,29 +338,47 @@ def set_text(image_set: ImageSet) -> str:
     )
 
 
-def _checked(data, folder):
-    where = folder / DESCRIPTION
+def _checked(data, where):
     validate(data, where, SCHEMA)
-    image_set = _from_plain(data, folder)
+    image_set = _from_plain(data, where)
     for path, fault in faults(image_set):
         raise InputError(f"{where}: {field_name(path)}: {fault}")
     return image_set
 
 
-def _from_plain(data, folder):
+def _from_plain(data, where):
     width, height = map(int, data["resolution"])
+    folder = where.parent / data.get("folder", "")
     return ImageSet(
         name=data["name"],
         width=width,
         height=height,
         target=_target(data["target"]),
-        views=tuple(map(_view, data["views"])),
+        views=_views(data, where, folder),
         folder=folder,
         camera=data.get("camera", ""),
         origin=dict(data.get("origin", {})),
         reference=data.get("reference"),
         truth=data.get("truth"),
+        described_in=where if "folder" in data else None,
     )
+
+
+def _views(data, where, folder):
+    """The views that are listed, and the other images that the pattern matches."""
+    views = [*map(_view, data.get("views", ()))]
+    if pattern := data.get("images"):
+        listed = {view.label for view in views}
+        try:
+            names = image_names(folder, pattern)
+        except InputError as fault:
+            raise InputError(f"{where}: images: {fault}") from fault
+        views += [View(name) for name in names if name not in listed]
+    elif not views:
+        raise InputError(
+            f"{where}: views: key missing; list the images, or give images: '*.jpg'"
+        )
+    return tuple(views)
 
 
 def _target(data):
@@ -423,6 +443,9 @@ def _plain(image_set):
     if image_set.camera:
         data["camera"] = image_set.camera
     data["resolution"] = [int(image_set.width), int(image_set.height)]
+    own = image_set.description.parent
+    if image_set.folder.resolve() != own.resolve():
+        data["folder"] = os.path.relpath(image_set.folder, own)
     data["target"] = _plain_target(image_set.target)
     data["views"] = [_plain_view(view) for view in image_set.views]
     for key in ("origin", "reference", "truth"):

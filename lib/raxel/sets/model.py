@@ -311,7 +311,7 @@ class ImageSet:
     views : tuple of View
         Poses of the target, in the order of the file.
     folder : Path
-        Folder of the set.
+        Folder of the images.
     camera : str
         Description of the camera.
     origin : dict
@@ -320,6 +320,10 @@ class ImageSet:
         File of reference corners.
     truth : str or None
         Folder of the truth of a rendered set.
+    described_in : Path or None
+        The set.yaml, or the folder of a set without one; None: set.yaml in `folder`.
+    unused : tuple of (str, str)
+        Images of the folder that are no views, each with the reason.
     """
 
     name: str
@@ -332,11 +336,13 @@ class ImageSet:
     origin: dict = field(default_factory=dict)
     reference: str | None = None
     truth: str | None = None
+    described_in: Path | None = None
+    unused: tuple[tuple[str, str], ...] = ()
 
     @property
     def description(self) -> Path:
         """Return the path of set.yaml, as messages name it."""
-        return self.folder / DESCRIPTION
+        return self.described_in or self.folder / DESCRIPTION
 
     def views_for(self, use: str) -> tuple[View, ...]:
         """Return the views for one use, in the order of the file.

@@ -1,0 +1,209 @@
+"""The set of a command, from set.yaml or a plain folder, and the folder of results."""
+
+import contextlib
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+from raxel.cli.outputs import check_written
+from raxel.cli.terminal import Say
+from raxel.errors import InputError
+from raxel.features.boards import Board, SizeVote, read_boards, write_boards
+from raxel.io.files import check_can_be_written, read_json
+from raxel.report import new_report
+from raxel.sets import (
+    Charuco,
+    Chessboard,
+    ImageSet,
+    folder_set,
+    is_mirror_set,
+    load_set,
+    write_set,
+)
+from raxel.sets.folder import UNKNOWN_BOARD, set_name
+from raxel.sets.frames import save_frames
+from raxel.sets.model import DESCRIPTION
+
+BOARD = re.compile(r"(?:charuco:)?(\d{1,4})x(\d{1,4})(?::(\w+))?")
+LENGTH = re.compile(r"([0-9.]+(?:e-?\d+)?) ?(mm|cm|m|in)?")
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+MARKER_PER_PITCH = 0.75  # where --marker is not given; only messages depend on it
+CAMERA, RESULT, CORNERS, REPORT = "camera.npz", "camera.json", "corners.json", "report"
+FRAMES = "images"
+FOLDER_OPTIONS = "board", "pitch", "marker", "images"
+
+
+def board_size(text: str) -> Chessboard:
+    """Return the board of an option `9x6` or `charuco:9x6:4X4_50`, without a pitch."""
+    found = BOARD.fullmatch(text)
+    if not found:
+        raise ValueError("expected interior corners as 9x6, or charuco:9x6:4X4_50")
+    size = int(found[1]), int(found[2])
+    if not text.startswith("charuco:"):
+        return Chessboard(*size)
+    if not found[3]:
+        raise ValueError("expected a dictionary of markers, as in charuco:9x6:4X4_50")
+    return Charuco(*size, dictionary=found[3].removeprefix("DICT_"))
+
+
+def length_mm(text: str) -> float:
+    """Return the length in mm of an option such as `25`, `25mm`, `2.5cm` or `1in`."""
+    found = LENGTH.fullmatch(text)
+    if not found or not 0 < (length := float(found[1]) * MM[found[2] or "mm"]) <= 1e6:
+        raise ValueError("expected a length such as 25mm, 2.5cm or 1in")
+    return length
+
+
+def opened_set(options: SimpleNamespace) -> ImageSet:
+    """Return the set of a command: of its set.yaml, or the images of a plain folder."""
+    given = [name for name in FOLDER_OPTIONS if getattr(options, name, None)]
+    if not Path(options.set).is_dir() or (Path(options.set) / DESCRIPTION).exists():
+        if given and options.command != "evaluate":
+            raise InputError(
+                f"--{given[0]}: {options.set} has a {DESCRIPTION}; correct it there, "
+                "and leave the option out"
+            )
+        return load_set(options.set)
+    if options.command == "evaluate":
+        return folder_set(options.set)
+    pattern = getattr(options, "images", None)
+    found = folder_set(options.set, _target(options), pattern)
+    video = getattr(options, "video", None)
+    return replace(found, name=set_name(Path(video).stem)) if video else found
+
+
+def _target(options):
+    """The target of --board, --pitch and --marker."""
+    board = getattr(options, "board", None) or UNKNOWN_BOARD
+    pitch = getattr(options, "pitch", None)
+    if isinstance(board, Charuco):
+        if not pitch:
+            raise InputError("--pitch: missing; give the side of a square of the board")
+        marker = options.marker or MARKER_PER_PITCH * pitch
+        return replace(board, pitch_mm=pitch, marker_mm=marker)
+    if getattr(options, "marker", None):
+        raise InputError("--marker: not for a chessboard; give --board charuco:...")
+    return replace(board, pitch_mm=pitch)
+
+
+def new(options: SimpleNamespace, say: Say) -> None:
+    """Write the set.yaml of a plain folder of images, to be edited."""
+    path = Path(options.set) / DESCRIPTION
+    if path.exists():
+        raise InputError(f"{path}: exists; edit it, or remove it first")
+    image_set = opened_set(options)
+    write_set(replace(image_set, described_in=None))
+    for name, reason in image_set.unused:
+        print(f"{name}: not used: {reason}")
+    size = f"{image_set.width} x {image_set.height} px"
+    print(f"{path}: {len(image_set.views)} images of {size}")
+
+
+@contextlib.contextmanager
+def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
+    """Set --out, --json and --report to files of the folder that --out names.
+
+    `options.folder` is that folder, None where --out names a camera file. Frames of a
+    --video are saved there and become the set. A new folder that stays empty is
+    removed.
+    """
+    options.folder = None
+    if not options.set and not options.video:
+        raise InputError("SET: missing; give a folder of images, or --video FILE")
+    if options.set and options.video:
+        raise InputError(f"--video: found with {options.set}; give one of the two")
+    if options.out and Path(options.out).suffix.lower() == ".npz":
+        if options.video:
+            raise InputError(f"--out: found {options.out} with --video; give a folder")
+        yield
+        return
+    source = Path(options.set or options.video).resolve()
+    if not source.exists():
+        raise InputError(f"{options.set or options.video}: not found; correct the name")
+    name = source.name if source.is_dir() else source.stem
+    default = source.with_name(f"{name}-calibration")
+    folder = Path(options.out) if options.out else Path(os.path.relpath(default))
+    options.folder, options.out = folder, str(folder / CAMERA)
+    options.json = options.json or str(folder / RESULT)
+    options.report = options.report or str(folder / REPORT)
+    if not options.force and (folder / CAMERA).exists():
+        raise InputError(
+            f"{folder / CAMERA}: exists; give --force to replace the results in "
+            f"{folder}, or --out for another folder"
+        )
+    if not folder.is_dir():
+        check_can_be_written(folder)
+        folder.mkdir()
+    try:
+        if options.video:
+            options.set = str(folder / FRAMES)
+            if options.force or not (folder / FRAMES).is_dir():
+                with new_report(folder / FRAMES) as frames:
+                    save_frames(options.video, frames, options.every, say)
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # not empty, or never made
+            folder.rmdir()
+
+
+def check_result_folder(options: SimpleNamespace, image_set: ImageSet) -> None:
+    """Raise InputError unless the files of a result folder can be written."""
+    if options.folder:
+        files = [options.folder / CORNERS]
+        if options.folder.resolve() != Path(options.set).resolve():
+            files.append(options.folder / DESCRIPTION)
+        check_written(files, [image_set])
+
+
+def kept_corners(
+    options: SimpleNamespace, image_set: ImageSet, views: Sequence, detector: str
+) -> list[Board] | None:
+    """Return the boards that an earlier run found in the same images, if there are.
+
+    The file is used if it is newer than all images and is of the same detector.
+    """
+    path = options.folder and options.folder / CORNERS
+    if not path or not path.is_file():
+        return None
+    with contextlib.suppress(InputError, OSError):
+        times = [_time(image_set.folder / view.image) for view in views]
+        boards = read_boards(path, image_set, views)
+        data = read_json(path)
+        searched = {entry["file"] for entry in data["images"]}
+        complete = searched >= {view.label for view in views}
+        if complete and data["detector"] == detector and max(times) < _time(path):
+            return boards
+    return None
+
+
+def _time(path):
+    return path.stat().st_mtime
+
+
+def write_corners(
+    options: SimpleNamespace,
+    image_set: ImageSet,
+    detector: str,
+    boards: list[Board],
+    vote: SizeVote | None,
+) -> None:
+    """Write the corners into the result folder, for the next run."""
+    if options.folder:
+        write_boards(options.folder / CORNERS, image_set, detector, boards, vote)
+
+
+def write_used_set(
+    options: SimpleNamespace, image_set: ImageSet, size: tuple[int, int] | None
+) -> None:
+    """Write the set.yaml that was used, with the size of the board that was found."""
+    if not options.folder or is_mirror_set(options.set):
+        return
+    if size:
+        columns, rows = size
+        target = replace(image_set.target, columns=columns, rows=rows)
+        image_set = replace(image_set, target=target)
+    path = options.folder / DESCRIPTION
+    write_set(replace(image_set, described_in=path, unused=()))
