@@ -27,7 +27,7 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
     """Import the code of a command, now that it is needed, and run it."""
     from raxel.sets import is_mirror_set
 
-    options.command = name
+    options.command, options.folder = name, None
     match name:
         case "new":
             from raxel.cli.sets import new as command
@@ -179,9 +179,9 @@ FOLDER = (
         "--board",
         worded(_board),
         "SIZE",
-        "Board in a folder without set.yaml: interior corners along a row and a column, "
-        "as 9x6, or charuco:9x6:4X4_50 with the dictionary of its markers.  [default: "
-        "chessboard, the images determine the size]",
+        "Board in a folder without set.yaml: interior corners along a row and a "
+        "column, as 9x6, or charuco:9x6:4X4_50 with the dictionary of its markers.  "
+        "[default: chessboard, the images determine the size]",
     ),
     _option(
         "--pitch",
@@ -244,8 +244,8 @@ STRICT = _flag(
 PROGRAM = Program(
     "raxel",
     help="Calibrate general cameras from images of known targets.",
-    epilog="Example: raxel calibrate my-images --board 9x6 --pitch 25mm\n\nSee raxel COMMAND "
-    "--help for the options of a command.",
+    epilog="Example: raxel calibrate my-images --board 9x6 --pitch 25mm\n\nSee raxel "
+    "COMMAND --help for the options of a command.",
     context_settings={"show_default": True},
     no_args_is_help=False,
     params=[

@@ -110,7 +110,6 @@ def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
     --video are saved there and become the set. A new folder that stays empty is
     removed.
     """
-    options.folder = None
     if not options.set and not options.video:
         raise InputError("SET: missing; give a folder of images, or --video FILE")
     if options.set and options.video:
