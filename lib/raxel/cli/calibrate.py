@@ -1,6 +1,7 @@
 """`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
+import itertools
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from raxel.evaluation.diagnoses import (
     comparison_lines,
     explained,
     known,
-    line,
+    overview,
     summary,
 )
 from raxel.evaluation.distortion import MIN_N_BOARDS
@@ -32,6 +33,7 @@ from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
+from raxel.report.page import PAGE
 from raxel.sets.model import words_of
 
 FOLDS = 4
@@ -53,11 +55,10 @@ def calibrate(options, say):
         )
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, needed, f"--model {options.model}")
-    for text in seen.lines():
-        print(f"{image_set.name}: {text}")
+    details = [("", text) for text in seen.lines()]
     try:
         result, warnings, fitted, evaluation, halves = _calibrated(
-            image_set, seen.views, options.model, say
+            image_set, seen.views, options.model, details, say
         )
     except InputError as fault:
         # Wrong corners or points are corrected in the file that they are from.
@@ -66,7 +67,7 @@ def calibrate(options, say):
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
     excluded = findings.of_left_out(result["left_out"])
-    result |= findings.reported(excluded + seen.warnings + warnings)
+    result |= findings.sorted_fields(excluded + seen.warnings + warnings)
     if options.report:
         say(f"drawing the report of {len(seen.entries)} images")
     drawn = image_set, seen.entries, seen.views, fitted, evaluation, result, halves
@@ -77,25 +78,37 @@ def calibrate(options, say):
         lambda folder: write_report(folder, *drawn),
     )
     write_used_set(options, image_set, seen.size())
+    _print_summary(result, words_of(image_set.target), details, options)
 
 
-def _calibrated(image_set, views, asked, say):
-    """(result for the JSON file, warnings, Fitted, its Evaluation, SplitHalf)"""
+def _print_summary(result, words, details, options):
+    """The overview, the strongest warning and the place of the results; with --verbose
+    all details and all warnings."""
+    lines, warnings = [*overview(result, words)], result["warnings"]
+    if options.verbose:
+        lines = [*details, *lines]
+    lines += [("warning", text) for text in warnings[: None if options.verbose else 1]]
+    for label, text in lines:
+        print(f"{label}: {text}".removeprefix(": "))
+    where = options.report and f"{options.report}/{PAGE}"
+    places = [where or options.json or options.out]
+    if warnings[1:] and not options.verbose:
+        places.append(f"further warnings: {len(warnings) - 1}, see --verbose")
+    print(f"results: {'; '.join(places)}")
+
+
+def _calibrated(image_set, views, asked, details, say):
+    """(result for the JSON file, warnings, Fitted, its Evaluation, SplitHalf); adds
+    lines (label, text) to the details."""
     words, unit = words_of(image_set.target), image_set.target.unit
     size = image_set.width, image_set.height
-
-    def show(lines):
-        for label, text in lines:
-            print(f"{image_set.name}: {label}: {text}", flush=True)
-
     result, warnings = {"set": image_set.name, "model": asked, "unit": unit}, []
     if asked == "auto":
         comparison = _compare(views, size, unit, say)
         result["model"], result["chosen_because"] = comparison.choice()
         result["cross_validation"] = comparison.fields()
         warnings += comparison.diagnoses()
-        show(comparison_lines(result["cross_validation"], words))
-        show([line("chosen", words, result)])
+        details += comparison_lines(result["cross_validation"], words)
     model = result["model"]
     say(f"{model}: fitting {len(views)} {words.target}s")
     fitted = _fitted(model, views, size, unit, words)
@@ -106,7 +119,7 @@ def _calibrated(image_set, views, asked, say):
     warnings += focal_length_warnings(sd, words)
     result["camera"] = json_fields.camera_fields(fitted.camera, views)
     result |= fitted.details | right.whole.fields()
-    show(camera_lines(result, words))
+    details += camera_lines(result, words)
     found = misfit(images, used)
     result["misfit"] = found.fields()
     result |= right.fields(fitted.details.get("wrong_points", ()))
@@ -121,7 +134,7 @@ def _calibrated(image_set, views, asked, say):
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}
-    show(summary(result, words, MIN_N_BOARDS))
+    details += summary(result, words, MIN_N_BOARDS)
     warnings += findings.agreement_warnings(corners, halves, fitted, unit, words)
     values = {"words": words, "model": model, "untried": _untried(asked, result)}
     values["explained"] = any(explained(each, found.rms_px) for each in warnings)
@@ -223,13 +236,17 @@ def _misfit_warnings(found, asked, right, fitted, about):
 def _compare(views, size, unit, say):
     """Cross-validate all models on the same parts."""
 
+    folds = min(FOLDS, len(views))
+    numbers = itertools.count(1)
+
     def build(fit, name, views):
-        say(f"cross-validation: {name} on {len(views)} views")
+        number = f"{next(numbers)}/{folds * len(FITS)}"
+        say(f"{number} cross-validation: {name} on {len(views)} views")
         fitted = fit(views, size, unit)
         return fitted.camera, fitted.shape
 
     return compare_models(
         {name: functools.partial(build, fit, name) for name, fit in FITS.items()},
         views,
-        min(FOLDS, len(views)),
+        folds,
     )

@@ -28,6 +28,8 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
     from raxel.sets import is_mirror_set
 
     options.command, options.folder = name, None
+    if options.quiet:
+        say = _no_progress
     match name:
         case "new":
             from raxel.cli.sets import new as command
@@ -60,6 +62,10 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
 
     with result_folder(options, say):
         command(options, say)
+
+
+def _no_progress(line: str) -> None:
+    """Discard a line of progress."""
 
 
 class Sections(click.Command):
@@ -117,7 +123,7 @@ def _command(name: str, help: str, example: str, *params: click.Parameter) -> Se
         callback=callback,
         help=help,
         epilog=f"Example: {example}",
-        params=[*params, HELP],
+        params=[*params, QUIET, HELP],
     )
 
 
@@ -172,6 +178,7 @@ HELP = _flag(
     is_eager=True,
     expose_value=False,
 )
+QUIET = _flag("-q", "--quiet", help="Show no progress.")
 SET = _argument("set", "Folder of images, or of an image set with set.yaml.")
 SET_OR_MIRROR_SET = _argument("set", "As SET, or the folder of a mirror set.")
 FOLDER = (
@@ -367,6 +374,7 @@ PROGRAM = Program(
             MODEL,
             DETECTOR,
             STRICT,
+            _flag("-v", "--verbose", help="Print all results and all warnings."),
         ),
         _command(
             "evaluate",

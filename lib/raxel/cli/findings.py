@@ -25,15 +25,22 @@ RECOMMENDED_N_BOARDS = 10
 OTHER_ORDER_PX = 10.0
 MAX_NAMES = 5  # in a warning
 MIN_PITCH_MM = 1.0
+RAYS_PX = 0.1  # a cause that moves rays by less is no warning
 MIN_CUT_FRACTION, MIN_N_CUT = 0.25, 2  # of the images of a set
 NOT_SQUARE_TOL = 0.05  # of a side: pixels of monitors are square to far less
 
 
 def reported(warnings):
     """Print the warnings, the strongest first; return them for JSON."""
-    warnings = strongest_first(warnings)
-    for text in warnings:
+    result = sorted_fields(warnings)
+    for text in result["warnings"]:
         print(f"warning: {text}")
+    return result
+
+
+def sorted_fields(warnings):
+    """The warnings for JSON, the strongest first."""
+    warnings = strongest_first(warnings)
     return {"warnings": warnings, "diagnoses": [each.fields() for each in warnings]}
 
 
@@ -160,13 +167,20 @@ def warnings_of(result, right_px, words, untried=""):
         parts.append(f"bent by up to {most:.2g} {unit}")
     if shape and shape["stretch"]["used"]:
         parts.append(f"stretched by {100 * shape['stretch']['value']:.2g} % (x/y)")
-    if parts:
+    if parts and _moves_rays(shape["flat_px"], shape["shaped_px"]):
         yield diagnosis(
             "board-shape",
             words,
             shape=", ".join(parts),
             **{name: shape[name] for name in (*TERMS, "flat_px", "shaped_px")},
         )
+
+
+def _moves_rays(without_px, with_px):
+    """Whether the difference of two RMS errors matters to the rays; unknown: it does."""
+    if without_px is None or with_px is None:
+        return True
+    return without_px**2 - with_px**2 >= RAYS_PX**2
 
 
 def agreement_warnings(corners, halves, fitted, unit, words):

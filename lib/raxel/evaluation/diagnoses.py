@@ -66,9 +66,9 @@ DIAGNOSES = {
         "measure the {target}, use a stiff one",
     ),
     "displaced-points": (
-        "{point}s deviate from nominal positions{scope}: column {column}, row {row} by "
-        "{offset:.2g} +- {sd:.1g} {unit}, used in the fit (RMS on other half "
-        "{nominal:.3g| px}, {displaced:.3g| px} with it)",
+        "the {target}'s {point}s are off by up to {offset:.2g} +- {sd:.1g} {unit} "
+        "(column {column}, row {row}); the fit estimates them (other half: RMS "
+        "{displaced:.3g| px}, {nominal:.3g| px} without)",
         "use a stiff {target}",
     ),
     "non-central-rays": (
@@ -111,9 +111,9 @@ DIAGNOSES = {
         "check for rolling shutter, bent {target}s, mixed cameras",
     ),
     "board-shape": (
-        "the {target} is not as specified: {shape}, fitted with the camera (held-out "
-        "RMS {flat_px:.3g| px}, {shaped_px:.3g| px} with it)",
-        "measure it (raxel evaluate uses this shape)",
+        "the {target} is {shape}; the fit estimates this (held-out RMS "
+        "{shaped_px:.3g| px}, {flat_px:.3g| px} without)",
+        "use a flat {target}",
     ),
     "outlier-points": (
         "{count} {points} ({percent:.1f} %) excluded as outliers: {files}",
@@ -166,6 +166,8 @@ STRICT = (
     *("parametric-misfit", "central-misfit", "all-models-misfit", "camera-misfit"),
     *("point-order", "focal-undetermined"),
 )
+OVERVIEW_SCORE = "RMS {rms_px:.3f| px}, mean angle {mean_deg:.4f| deg}"
+MAX_N_MISSED, MAX_REASON = 2, 60  # excluded images in the overview; characters
 SCORE = (
     "mean angle {mean_deg:.4f| deg}, RMS {rms_px:.3f| px}, median {median_px:.3f| px}, "
     "{share_with_ray:%.1} of {point}s with a ray"
@@ -294,6 +296,28 @@ SUMMARY = {
     "halves-untested": (
         "split-half test",
         "not tested; it requires {needed} {target}s whose halves overlap in the image",
+    ),
+    "images": ("images", "{used} of {count} used{missed}"),
+    "model": ("model", "{model}{pupil}{reason}"),
+    "error": ("error", "{held}{score}{second}"),
+    "lens": (
+        "camera",
+        "focal lengths {fx:1}, {fy:1} px, principal point ({cx:1}, {cy:1}) px, field "
+        "of view {horizontal:.1f} x {vertical:.1f| deg}",
+    ),
+    "rays": (
+        "camera",
+        "rays for {share_of_image_with_ray:%.1} of the image, field of view "
+        "{horizontal:.1f} x {vertical:.1f| deg}",
+    ),
+    "area": (
+        "coverage",
+        "{target}s cover {share_of_image_under_boards:%.1} of the image{outside}",
+    ),
+    "outside": (
+        "",
+        "; SD of rays {sd_under_boards_px:.2g| px} there, up to "
+        "{largest_sd_px:.2g| px} outside",
     ),
     "viewer": ("camera", "{viewer}"),
     "clamp": (
@@ -454,6 +478,55 @@ def score_text(scores: dict[str, Any], words: Words = BOARDS) -> str:
     """Return the text of the totals of an Evaluation, as in JSON."""
     scored = scores["rms_px"] is not None or scores["mean_deg"] is not None
     return TEXT.format(SCORE if scored else UNSCORED, **words._asdict() | scores)
+
+
+def overview(result: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
+    """Yield the five (label, text) of a calibration that matter most to its user.
+
+    Parameters
+    ----------
+    result : dict
+        JSON of `raxel calibrate`.
+    words : Words
+        Words of the target.
+    """
+    camera, tried = result["camera"], result.get("cross_validation", {})
+    scored = {m: each for m, each in tried.items() if "own" in each}
+    missed = [f"{e['file']} ({_shortened(e['reason'])})" for e in result["left_out"]]
+    more = len(missed) - MAX_N_MISSED
+    text = "; not: " + ", ".join(missed[:MAX_N_MISSED]) if missed else ""
+    text += f" and {more} more" * (more > 0)
+    unused = {entry["file"] for entry in result["left_out"]}
+    used = len({image["file"] for image in result["images"]} - unused)
+    counts = {"used": used, "count": used + len(unused)}
+    yield line("images", words, counts, {"missed": text})
+    moves = (result.get("pupil") or {}).get("moves")
+    about = {"pupil": ", its entrance pupil moves" if moves else ""}
+    because = result.get("chosen_because")
+    about["reason"] = f": {because}" if because else ", as requested"
+    yield line("model", words, result, about)
+    own = scored.get(result["model"])
+    others = {m: e["counted_rms_px"] for m, e in scored.items() if m != result["model"]}
+    others = {m: error for m, error in others.items() if error is not None}
+    second = min(others, key=others.__getitem__, default=None)
+    score = TEXT.format(OVERVIEW_SCORE, **(own["own"] if own else result))
+    rival = f" (second: {second}, {others[second]:.3f} px)" if second else ""
+    held = f"{'held-out' if own else 'fitted'} {words.target}s, "
+    yield line("error", words, {"held": held, "score": score, "second": rival})
+    lens = dict.fromkeys(("fx", "fy"), None) | dict.fromkeys(("cx", "cy"), None)
+    if "focal_px" in camera:
+        values = [*camera["focal_px"], *camera["principal_point_px"]]
+        lens = dict(zip(lens, values, strict=True)) | result.get("terms", {})
+    code = "lens" if "focal_px" in camera else "rays"
+    yield line(code, words, camera, camera["field_of_view_deg"], lens)
+    area = result.get("beyond_boards")
+    outside = line("outside", words, area)[1] if area else ""
+    yield line("area", words, camera, {"outside": outside})
+
+
+def _shortened(reason):
+    reason = reason.partition(";")[0]
+    return reason if len(reason) <= MAX_REASON else reason[: MAX_REASON - 3] + "..."
 
 
 def comparison_lines(tried: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
