@@ -177,7 +177,7 @@ def warnings_of(result, right_px, words, untried=""):
 
 
 def _moves_rays(without_px, with_px):
-    """Whether the difference of two RMS errors matters to the rays; unknown: it does."""
+    """Whether the difference of two RMS errors matters to rays; unknown: it does."""
     if without_px is None or with_px is None:
         return True
     return without_px**2 - with_px**2 >= RAYS_PX**2
