@@ -1,13 +1,12 @@
 """`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
-import itertools
 
 import numpy as np
 
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import findings
-from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, TABLES
+from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, STAGES, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.sets import check_result_folder, opened_set, write_used_set
 from raxel.cli.views import check_options, seen_in
@@ -103,16 +102,15 @@ def _calibrated(image_set, views, asked, details, say):
     words, unit = words_of(image_set.target), image_set.target.unit
     size = image_set.width, image_set.height
     result, warnings = {"set": image_set.name, "model": asked, "unit": unit}, []
+    fit = functools.cache(functools.partial(_fitted, views, size, unit, words, say))
     if asked == "auto":
-        comparison = _compare(views, size, unit, say)
+        comparison = _compared(views, size, unit, fit, say)
         result["model"], result["chosen_because"] = comparison.choice()
         result["cross_validation"] = comparison.fields()
         warnings += comparison.diagnoses()
         details += comparison_lines(result["cross_validation"], words)
     model = result["model"]
-    say(f"{model}: fitting {len(views)} {words.target}s")
-    fitted = _fitted(model, views, size, unit, words)
-    fitted, right, corners = _with_corners(fitted, model, views, size, unit, say)
+    fitted, right, corners = fit(model)
     images, used = _used(fitted, right.evaluation.images, right.views)
     sd = _focal_length_sd(fitted, images, used)
     result["focal_length_sd_by_tilt"] = known(sd)
@@ -146,11 +144,13 @@ def _calibrated(image_set, views, asked, details, say):
     return result, warnings, fitted, right.whole, halves
 
 
-def _fitted(model, views, size, unit, words):
-    """Fitted model. Of boards that do not determine the focal length, tables have other
-    errors than lens models have: these are tested first."""
+def _fitted(views, size, unit, words, say, model):
+    """`_with_corners` of a model. Of boards that do not determine the focal length,
+    tables have other errors than lens models have: these are tested first."""
+    say(f"{model}: fitting {len(views)} {words.target}s")
     try:
-        return FITS[model](views, size, unit)
+        fitted = FITS[model](views, size, unit)
+        return _with_corners(fitted, model, views, size, unit, say)
     except CalibrationError:
         if model in TABLES:
             lens = FITS["kannala-brandt"](views, size, unit)
@@ -233,20 +233,26 @@ def _misfit_warnings(found, asked, right, fitted, about):
         )
 
 
-def _compare(views, size, unit, say):
-    """Cross-validate all models on the same parts."""
-
+def _compared(views, size, unit, fit, say):
+    """ModelComparison by cross-validation, of further STAGES as long as the best model
+    so far does not fit."""
     folds = min(FOLDS, len(views))
-    numbers = itertools.count(1)
+    names, known_fits = [], {}
 
-    def build(fit, name, views):
-        number = f"{next(numbers)}/{folds * len(FITS)}"
-        say(f"{number} cross-validation: {name} on {len(views)} views")
-        fitted = fit(views, size, unit)
-        return fitted.camera, fitted.shape
+    def build(name, views):
+        key = name, *(view.name for view in views)
+        if key not in known_fits:
+            say(f"cross-validation: {name} on {len(views)} views")
+            known_fits[key] = FITS[name](views, size, unit)
+        return known_fits[key].camera, known_fits[key].shape
 
-    return compare_models(
-        {name: functools.partial(build, fit, name) for name, fit in FITS.items()},
-        views,
-        folds,
-    )
+    for stage, largest in STAGES:
+        names += stage
+        builders = {name: functools.partial(build, name) for name in names}
+        comparison = compare_models(builders, views, folds)
+        if any(each.n_scored for each in comparison.own.values()):
+            _, right, _ = fit(comparison.best())
+            found = misfit(right.evaluation.images, right.views)
+            if not found.rms_px > largest * found.scatter_px:
+                break
+    return comparison

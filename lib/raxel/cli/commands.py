@@ -128,10 +128,8 @@ def _command(name: str, help: str, example: str, *params: click.Parameter) -> Se
 
 
 def _argument(name: str, help: str, required: bool = True) -> click.Argument:
-    metavar = name.upper() if required else f"[{name.upper()}]"
-    return click.Argument(
-        [name], type=file_name, metavar=metavar, help=help, required=required
-    )
+    more = {"metavar": name.upper(), "help": help, "required": required}
+    return click.Argument([name], type=file_name, **more)
 
 
 def _option(name: str, type: Any, metavar: str, help: str, **more: Any) -> click.Option:

@@ -3,6 +3,7 @@
 A fit takes views, (width, height) and the unit of their points, and returns a Fitted.
 """
 
+import math
 from functools import partial
 from typing import NamedTuple
 
@@ -20,6 +21,7 @@ from raxel.calibration.views.correspondence import displaced
 from raxel.cameras.core.base import Camera
 from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.diagnoses import known
+from raxel.evaluation.misfit import MAX_SCATTER_RATIO
 
 SEED = 0
 
@@ -161,6 +163,14 @@ FITS = {
     "generic": _without_wrong(partial(table, calibrate_generic)),
 }
 TABLES = ("cgsp", "generic")
+# What `auto` compares, the fastest first, and the largest RMS residual, in units of the
+# corner scatter, at which the best so far needs no further models. Where tables fit
+# better than a smooth field, rays are discontinuous: residuals are then far larger.
+STAGES = (
+    (("zhang", "kannala-brandt", "unified"), 1.25),
+    (("spline",), MAX_SCATTER_RATIO),
+    (TABLES, math.inf),
+)
 MIN_N_VIEWS = dict.fromkeys(FITS, 2) | dict.fromkeys((*TABLES, "auto"), 3)
 # Code of the warning where a model does not fit.
 MISFITS = dict.fromkeys(("zhang", "kannala-brandt", "unified"), "parametric-misfit")

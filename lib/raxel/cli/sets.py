@@ -128,6 +128,10 @@ def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
     options.folder, options.out = folder, str(folder / CAMERA)
     options.json = options.json or str(folder / RESULT)
     options.report = options.report or str(folder / REPORT)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(
+            f"{folder}: is a file; give a folder, or a camera file with ending .npz"
+        )
     if not options.force and (folder / CAMERA).exists():
         raise InputError(
             f"{folder / CAMERA}: exists; give --force to replace the results in "

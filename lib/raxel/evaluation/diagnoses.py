@@ -67,7 +67,7 @@ DIAGNOSES = {
     ),
     "displaced-points": (
         "the {target}'s {point}s are off by up to {offset:.2g} +- {sd:.1g} {unit} "
-        "(column {column}, row {row}); the fit estimates them (other half: RMS "
+        "(column {column}, row {row}), the fit estimates them (other half: RMS "
         "{displaced:.3g| px}, {nominal:.3g| px} without)",
         "use a stiff {target}",
     ),
@@ -111,7 +111,7 @@ DIAGNOSES = {
         "check for rolling shutter, bent {target}s, mixed cameras",
     ),
     "board-shape": (
-        "the {target} is {shape}; the fit estimates this (held-out RMS "
+        "the {target} is {shape}, the fit estimates this (held-out RMS "
         "{shaped_px:.3g| px}, {flat_px:.3g| px} without)",
         "use a flat {target}",
     ),

@@ -173,7 +173,7 @@ def test_calibrate_auto_selects_model_by_held_out_error(
     drawn, corners_file, tmp_path, capsys
 ):
     camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
-    arguments = ["calibrate", str(drawn), "--corners", str(corners_file)]
+    arguments = ["calibrate", str(drawn), "--corners", str(corners_file), "-v"]
     assert main([*arguments, "--out", str(camera), "--json", str(path)]) == 0
     result = json.loads(path.read_text())
     printed = capsys.readouterr().out
@@ -184,7 +184,7 @@ def test_calibrate_auto_selects_model_by_held_out_error(
     errors = {m: v["counted_rms_px"] for m, v in validation.items()}
     assert errors[result["model"]] <= 1.02 * min(errors.values())
     assert "held-out points" in result["chosen_because"]
-    assert f"drawn: {result['model']} chosen: {result['chosen_because']}" in printed
+    assert f"model: {result['model']}: {result['chosen_because']}\n" in printed
     # All are scored on corners that all have rays for.
     assert {v["common"]["share_with_ray"] for v in validation.values()} == {1.0}
 
@@ -193,7 +193,7 @@ def test_calibrate_auto_reports_why_generic_is_impossible(tmp_path, capsys):
     write_drawn_set(tmp_path / "set", tilts=((25, 0), (-25, 5), (0, 28)))
     camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
     arguments = ["calibrate", str(tmp_path / "set"), "--out", str(camera)]
-    assert main([*arguments, "--json", str(path)]) == 0
+    assert main([*arguments, "--json", str(path), "-v"]) == 0
     # Of three boards two are left when one is held out: too few for the general one.
     assert "generic: not possible: " in capsys.readouterr().out
     result = json.loads(path.read_text())

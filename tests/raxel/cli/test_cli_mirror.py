@@ -197,7 +197,7 @@ def test_calibrate_rejects_wrong_options_of_mirror_sets(folder, tmp_path, capsys
         (["--out", out, "--report", str(folder / "r")], "sets are only read"),
         (["--out", out, "--report", str(tmp_path)], "whose place the report takes"),
         (["--out", out, "--report", str(folder.parent / "results")], "other files"),
-        (["--out", own], "is an input of this command"),
+        (["--out", own], "is a file; give a folder, or"),
         (
             ["--out", out, "--json", str(tmp_path / "mirror-1.npz")],
             "--json names the file of",

@@ -51,7 +51,7 @@ def rendered(tmp_path_factory):
 
 def calibrated(image_set, out, *options):
     """The JSON of a calibration whose camera goes to out / camera.npz."""
-    files = ["--out", out / "camera.npz", "--json", out / "result.json"]
+    files = ["-v", "--out", out / "camera.npz", "--json", out / "result.json"]
     assert main([*map(str, ["calibrate", image_set, *files, *options])]) == 0
     return json.loads((out / "result.json").read_text())
 
@@ -65,7 +65,7 @@ def test_calibrate_recovers_rendered_camera(
     options = "--points", points, "--model", model
     result = calibrated(image_set, tmp_path, *options)
     printed = capsys.readouterr().out
-    assert f"set: {model}, fitted grids" in printed.replace("active-grid-demo", "set")
+    assert f"\n{model}, fitted grids: mean angle" in printed
     assert result["warnings"] == []
     assert [grid["file"] for grid in result["grids"]] == [f"pose-00{k}" for k in "012"]
     for image, grid in zip(result["images"], result["grids"], strict=True):

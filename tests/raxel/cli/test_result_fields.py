@@ -77,7 +77,7 @@ def test_worst_corner_is_named_by_column_and_row():
     assert found.fields()["held_out_px"] == {"nominal": None, "displaced": None}
     used = found._replace(held_out_px=(0.25, 0.125), halves_px=(0.5, 0.4))
     (warning,) = agreement_warnings(used, None, fitted, "mm", BOARDS)
-    assert "used in the fit (RMS on other half 0.25 px, 0.125 px with it)" in warning
+    assert "(other half: RMS 0.125 px, 0.25 px without)" in warning
     assert used.fields()["halves_px"] == {"nominal": 0.5, "displaced": 0.4}
     assert [used.used, used._replace(halves_px=(0.4, 0.5)).used] == [True, False]
 

@@ -162,12 +162,12 @@ def test_outlier_points_name_the_worst_rounded_up():
     ("used", "text"),
     [
         ((), None),
-        (("stretch",), "stretched by 0.4 % (x/y), fitted"),
-        (("bend_x", "bend_y", "twist"), "bent by up to 2.1 mm, fitted"),
+        (("stretch",), "is stretched by 0.4 % (x/y), the fit"),
+        (("bend_x", "bend_y", "twist"), "is bent by up to 2.1 mm, the fit"),
         (
             ("bend_x", "bend_y", "twist", "stretch"),
-            "bent by up to 2.1 mm, stretched by 0.4 % (x/y), fitted with the camera "
-            "(held-out RMS 0.9 px, 0.1 px with it)",
+            "bent by up to 2.1 mm, stretched by 0.4 % (x/y), the fit estimates this "
+            "(held-out RMS 0.1 px, 0.9 px without)",
         ),
     ],
 )
