@@ -122,7 +122,7 @@ def test_calibrate_prints_and_writes_intrinsics(calibrate):
     straight = 2 * np.degrees(np.arctan(0.5 * WIDTH / 300))
     field = camera["field_of_view_deg"]
     assert straight < field["horizontal"] < 1.1 * straight
-    assert f"made: field of view: {field['horizontal']:.1f} x " in printed
+    assert f"field of view: {field['horizontal']:.1f} x " in printed
     assert 0.1 < camera["share_of_image_under_boards"] < 1
     (warning,) = all_warnings_in(printed)
     assert result["warnings"] == [warning]
@@ -187,7 +187,7 @@ def test_excluded_views_and_small_tables_give_warnings(calibrate):
     assert warnings[-2] == "7.png: excluded: too dark"
     assert warnings[-1].startswith("6.png: excluded: shares 0 samples with the known")
     assert warnings == of_more_than_the_rim(result["warnings"])
-    assert f"made: rays: for {share:.1f} % of the image, through one centre" in printed
+    assert f"rays: for {share:.1f} % of the image, through one centre" in printed
     assert "nan" not in printed
     assert result["one_centre"]["central"]
     assert result["stability"] is None
