@@ -105,9 +105,9 @@ from repro.run import Plan, crossed, experiment
 #
 # **Test of the pupil shift.** Three criteria have to agree. A likelihood-ratio test
 # prefers the shift to as many additional radial terms. The error on held-out boards
-# falls by more than its scatter between boards. No other law that predicts these boards
-# better contradicts the shift. If the criteria disagree, the result is undecided, and
-# the pupil stays fixed.
+# falls by 5 % or more, and by more than its scatter between boards. No other law that
+# predicts these boards better contradicts the shift. If the criteria disagree, the
+# result is undecided, and the pupil stays fixed.
 
 # %% tags=["active-ipynb"]
 # show_code(fitted, held_out_errors)

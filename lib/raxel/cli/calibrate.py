@@ -1,12 +1,14 @@
 """`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import findings
-from raxel.cli.models import FITS, MIN_N_VIEWS, MISFITS, STAGES, TABLES
+from raxel.cli.models import CENTRAL_FITS, FITS, MIN_N_VIEWS, MISFITS, STAGES, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.sets import check_result_folder, opened_set, write_used_set
 from raxel.cli.views import check_options, seen_in
@@ -33,9 +35,25 @@ from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
 from raxel.report.page import PAGE
-from raxel.sets.model import words_of
+from raxel.sets.model import Words, words_of
 
 FOLDS = 4
+
+
+class Task(NamedTuple):
+    """fits: function of each model; views; size: (width, height); unit: of lengths;
+    words: of the target; say: for progress."""
+
+    fits: dict
+    views: list
+    size: tuple
+    unit: str
+    words: Words
+    say: Callable
+
+    def fitted(self, model, views):
+        """The Fitted model of these views."""
+        return self.fits[model](views, self.size, self.unit)
 
 
 def calibrate(options, say):
@@ -55,9 +73,12 @@ def calibrate(options, say):
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, needed, f"--model {options.model}")
     details = [("", text) for text in seen.lines()]
+    fits = CENTRAL_FITS if options.central else FITS
+    words, size = words_of(image_set.target), (image_set.width, image_set.height)
+    task = Task(fits, seen.views, size, image_set.target.unit, words, say)
     try:
         result, warnings, fitted, evaluation, halves = _calibrated(
-            image_set, seen.views, options.model, details, say
+            image_set.name, task, options.model, details
         )
     except InputError as fault:
         # Wrong corners or points are corrected in the file that they are from.
@@ -77,7 +98,7 @@ def calibrate(options, say):
         lambda folder: write_report(folder, *drawn),
     )
     write_used_set(options, image_set, seen.size())
-    _print_summary(result, words_of(image_set.target), details, options)
+    _print_summary(result, words, details, options)
 
 
 def _print_summary(result, words, details, options):
@@ -96,15 +117,14 @@ def _print_summary(result, words, details, options):
     print(f"results: {'; '.join(places)}")
 
 
-def _calibrated(image_set, views, asked, details, say):
+def _calibrated(name, task, asked, details):
     """(result for the JSON file, warnings, Fitted, its Evaluation, SplitHalf); adds
     lines (label, text) to the details."""
-    words, unit = words_of(image_set.target), image_set.target.unit
-    size = image_set.width, image_set.height
-    result, warnings = {"set": image_set.name, "model": asked, "unit": unit}, []
-    fit = functools.cache(functools.partial(_fitted, views, size, unit, words, say))
+    _, views, size, unit, words, _ = task
+    result, warnings = {"set": name, "model": asked, "unit": unit}, []
+    fit = functools.cache(functools.partial(_fitted, task))
     if asked == "auto":
-        comparison = _compared(views, size, unit, fit, say)
+        comparison = _compared(task, fit)
         result["model"], result["chosen_because"] = comparison.choice()
         result["cross_validation"] = comparison.fields()
         warnings += comparison.diagnoses()
@@ -144,16 +164,16 @@ def _calibrated(image_set, views, asked, details, say):
     return result, warnings, fitted, right.whole, halves
 
 
-def _fitted(views, size, unit, words, say, model):
+def _fitted(task, model):
     """`_with_corners` of a model. Of boards that do not determine the focal length,
     tables have other errors than lens models have: these are tested first."""
-    say(f"{model}: fitting {len(views)} {words.target}s")
+    views, words = task.views, task.words
+    task.say(f"{model}: fitting {len(views)} {words.target}s")
     try:
-        fitted = FITS[model](views, size, unit)
-        return _with_corners(fitted, model, views, size, unit, say)
+        return _with_corners(task, model, task.fitted(model, views))
     except CalibrationError:
         if model in TABLES:
-            lens = FITS["kannala-brandt"](views, size, unit)
+            lens = task.fitted("kannala-brandt", views)
             images = evaluate_camera(lens.camera, views, lens.shape).images
             list(focal_length_warnings(_focal_length_sd(lens, images, views), words))
         raise
@@ -164,10 +184,11 @@ def _focal_length_sd(fitted, images, views):
     return focal_length_sd(fitted.camera, images, views, fitted.shape, scatter_px)
 
 
-def _with_corners(fitted, model, views, size, unit, say):
+def _with_corners(task, model, fitted):
     """(Fitted, its WrongCorners, BoardCorners), fitted again with displaced corners
     of the board where halves of the images support them. An image that is inconsistent
     with the others is no evidence about the board."""
+    views = task.views
     right = without_wrong_corners(fitted.camera, views, fitted.shape)
     scores = right.whole.images
     images, seen = map(list, _used(fitted, scores, views))
@@ -182,10 +203,10 @@ def _with_corners(fitted, model, views, size, unit, say):
         del images[odd], seen[odd]
         corners = board_corners(fitted.camera, images, seen, fitted.shape)
     if corners and corners.used:
-        say(f"{model}: fitting again, with the displaced corners of the board")
+        task.say(f"{model}: fitting again, with the displaced corners of the board")
         fitted = fitted._replace(corners=(views[0].points, corners.offsets))
         nominal = at_nominal_positions(fitted.camera, scores, views, fitted.shape)
-        again = FITS[model](nominal, size, unit)
+        again = task.fitted(model, nominal)
         fitted = again._replace(corners=fitted.corners)
         right = without_wrong_corners(fitted.camera, views, fitted.shape)
     return fitted, right, corners
@@ -233,23 +254,23 @@ def _misfit_warnings(found, asked, right, fitted, about):
         )
 
 
-def _compared(views, size, unit, fit, say):
+def _compared(task, fit):
     """ModelComparison by cross-validation, of further STAGES as long as the best model
     so far does not fit."""
-    folds = min(FOLDS, len(views))
+    folds = min(FOLDS, len(task.views))
     names, known_fits = [], {}
 
     def build(name, views):
         key = name, *(view.name for view in views)
         if key not in known_fits:
-            say(f"cross-validation: {name} on {len(views)} views")
-            known_fits[key] = FITS[name](views, size, unit)
+            task.say(f"cross-validation: {name} on {len(views)} views")
+            known_fits[key] = task.fitted(name, views)
         return known_fits[key].camera, known_fits[key].shape
 
     for stage, largest in STAGES:
         names += stage
         builders = {name: functools.partial(build, name) for name in names}
-        comparison = compare_models(builders, views, folds)
+        comparison = compare_models(builders, task.views, folds)
         if any(each.n_scored for each in comparison.own.values()):
             _, right, _ = fit(comparison.best())
             found = misfit(right.evaluation.images, right.views)

@@ -38,6 +38,11 @@ def calibrate_mirror_set(options, say):
             f"--model: found {options.model}, but {mirror_set.description} is a mirror "
             "set (spline model); leave --model out"
         )
+    if options.central:
+        raise InputError(
+            f"--central: {mirror_set.description} is a mirror set, whose camera is not "
+            "central; leave --central out"
+        )
     check_options(mirror_set, options)
     outputs = stage_files(options.out, len(mirror_set.steps) + 1)
     check_outputs(options, mirror_set, [options.out, *outputs])

@@ -58,9 +58,9 @@ def zhang(views, size, unit):
     return Fitted(found.camera, details, found.board, lens=_errors(found))
 
 
-def lens(law, views, size, unit):
+def lens(law, views, size, unit, pupil="by test"):
     """A model of a fisheye or mirror, with a pupil shift if the data support one."""
-    found = calibrate_lens(views, *size, law)
+    found = calibrate_lens(views, *size, law, pupil=pupil)
     details = {
         "left_out": [],
         **_terms(found),
@@ -68,7 +68,7 @@ def lens(law, views, size, unit):
             {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
             for w in found.wrong
         ],
-        "pupil": _pupil_fields(found.pupil),
+        "pupil": found.pupil and _pupil_fields(found.pupil),
     }
     return Fitted(found.camera, details, found.board, lens=_errors(found))
 
@@ -104,9 +104,10 @@ def _pupil_fields(pupil):
     } | {"moves": pupil.moves, "against": pupil.against or None}
 
 
-def spline(views, size, unit):
+def spline(views, size, unit, pupil="by test"):
     """Smooth rays: a parametric model and a B-spline ray field on it."""
-    found = calibrate_spline(views, *size, rng=np.random.default_rng(SEED), units=unit)
+    rng = np.random.default_rng(SEED)
+    found = calibrate_spline(views, *size, rng=rng, units=unit, pupil=pupil)
     details = {
         **_used(views, found),
         "trend": found.trend,
@@ -161,6 +162,11 @@ FITS = {
     "spline": spline,
     "cgsp": _without_wrong(partial(table, calibrate_cgsp)),
     "generic": _without_wrong(partial(table, calibrate_generic)),
+}
+# Of --central: the other models are central in any case.
+CENTRAL_FITS = FITS | {
+    name: partial(FITS[name], pupil="fixed")
+    for name in ("kannala-brandt", "unified", "spline")
 }
 TABLES = ("cgsp", "generic")
 # What `auto` compares, the fastest first, and the largest RMS residual, in units of the

@@ -52,19 +52,18 @@ def test_randomisation_p_value_counts_sign_exchanges(gain, chance):
 
 
 @pytest.mark.parametrize(
-    ("gain_px", "chance", "verdict"),
+    ("gain", "chance", "verdict"),
     [
-        (0.011, 0.01, MOVES),
-        (0.009, 0.01, UNDECIDED),
-        (0.011, 0.03, UNDECIDED),
-        (0.1, 0.03, UNDECIDED),
+        (0.051, 0.01, MOVES),
+        (0.049, 0.01, UNDECIDED),
+        (0.051, 0.03, UNDECIDED),
+        (0.5, 0.03, UNDECIDED),
+        (-0.001, 0.01, RESTS),
     ],
 )
-def test_pupil_shift_needs_minimum_gain(gain_px, chance, verdict):
-    """Independent errors add by their squares."""
-    moving_px = 0.2
-    assert _pupil_verdict(np.hypot(moving_px, gain_px), moving_px, chance) == verdict
-    assert _pupil_verdict(moving_px, np.hypot(moving_px, gain_px), chance) == RESTS
+def test_pupil_shift_must_lower_held_out_error_by_5_percent(gain, chance, verdict):
+    for central_px in (0.02, 2.0):
+        assert _pupil_verdict(central_px, (1 - gain) * central_px, chance) == verdict
 
 
 def reported(verdict, central_px, moving_px):

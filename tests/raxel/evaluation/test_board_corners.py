@@ -86,8 +86,9 @@ def test_fit_with_displaced_corners_is_nearer_to_the_truth():
     dent = np.exp(-((X - 0.4) ** 2 + (Y + 0.3) ** 2) / 0.2)[:, None] * [0.2, 0.0, 0.8]
     views, others = (seen(FORMS["lens of the printer"] + dent, n) for n in (35, 36))
     plain = calibrate_zhang(views, *SIZE).camera
-    command = "zhang", views, SIZE, "mm", lambda _: None
-    found, right, corners = _with_corners(FITS["zhang"](*command[1:4]), *command)
+    given = views, SIZE, "mm"
+    fitted, silent = FITS["zhang"](*given), lambda _: None
+    found, right, corners = _with_corners(fitted, "zhang", FITS, *given, silent)
     assert corners.used
     assert off_px(found.camera, views) < 0.5 * off_px(plain, views)
     before = evaluate_camera(plain, others).rms_px

@@ -192,18 +192,23 @@ def _wald(values, covariance, n_images):
 # no radial term does. A law with too few radial terms absorbs its error in a shift. The
 # comparison is therefore with a central law that has as many additional radial terms as
 # the pupil has terms. It uses a likelihood-ratio test, which assumes independent
-# corners, and, if that is significant, held-out boards. There the gain must exceed its
-# scatter between boards, in a sign-exchange (randomisation) test. If two laws disagree,
-# the one with the better prediction of held-out boards counts; the other is undecided.
+# corners, and, if that is significant, held-out boards. There the error must fall by a
+# fraction that pays for a camera without a centre, and the gain must exceed its scatter
+# between boards, in a sign-exchange (randomisation) test. If two laws disagree, the one
+# with the better prediction of held-out boards counts; the other is undecided.
 # Sources: entrance-pupil shift, Gennery 2006, doi:10.1007/s11263-006-5168-1; exchanged
 # signs, Fisher, The Design of Experiments, 1935, section 21.
 
 
-PUPIL_P_THRESHOLD = 1e-3  # of the likelihood-ratio test
+# Of the likelihood-ratio test: one false shift in a thousand central cameras.
+PUPIL_P_THRESHOLD = 1e-3
+# Fraction of the error on held-out boards. Many corners make any small misfit of a law
+# significant. A shift that explains less than 5 % of the error (10 % of its square) is
+# not worth a camera without a common point: no image of it is free of distortion.
+MIN_PUPIL_GAIN = 0.05
 MIN_RESIDUAL_PX = 1e-3  # smaller residuals contain no information on a pupil shift
 # Of a gain on held-out boards: six of six boards suffice, five do not.
 GAIN_P_THRESHOLD = 0.02
-MIN_PUPIL_GAIN_PX = 0.01  # highest accuracy of a corner
 # Boards, or sums of boards, with exchanged signs: 2^14 combinations.
 MAX_N_SIGN_EXCHANGES = 14
 MOVES, RESTS, UNDECIDED = "moves", "rests", "undecided"
@@ -293,12 +298,8 @@ def agreed(own, other, boards):
 def _pupil_verdict(central_px, moving_px, chance):
     if not moving_px < central_px:
         return RESTS
-    if (
-        chance < GAIN_P_THRESHOLD
-        and central_px**2 - moving_px**2 > MIN_PUPIL_GAIN_PX**2
-    ):
-        return MOVES
-    return UNDECIDED
+    large = moving_px <= (1 - MIN_PUPIL_GAIN) * central_px
+    return MOVES if large and chance < GAIN_P_THRESHOLD else UNDECIDED
 
 
 def _ratio_test(central, moving, boards):
@@ -487,6 +488,7 @@ def proposed_lenses(
     width: int,
     height: int,
     board: str = "by test",
+    pupil: str = "by test",
 ) -> tuple[list[LensCalibration], list[str]]:
     """Return every formula that may serve.
 
@@ -501,6 +503,7 @@ def proposed_lenses(
     width, height : int
         Size of the image, px.
     board : {"by test", "flat"}
+    pupil : {"by test", "fixed"}
         As of `calibrate_lens`.
 
     Returns
@@ -517,8 +520,13 @@ def proposed_lenses(
     """
     boards = _boards_of(views, "lens formula")
     given, found, faults = GivenBoards(boards, width, height), [], []
+    flat = board == "flat"
     for law in LAWS:
-        for each in _proposed(law, given, board == "flat"):
+        if pupil == "fixed":
+            proposals = [_shaped(law, start_of(given), boards, 0, flat)]
+        else:
+            proposals = _proposed(law, given, flat)
+        for each in proposals:
             try:
                 found.append(_completed(each, boards, views, width, height))
             except CalibrationError as fault:

@@ -118,6 +118,7 @@ def calibrate_spline(
     rng: np.random.Generator,
     units: str = "mm",
     side: int = -1,
+    pupil: str = "by test",
     board: str = "by test",
 ) -> SplineCalibration:
     """Calibrate a B-spline ray field from views of a planar board.
@@ -132,6 +133,8 @@ def calibrate_spline(
     rng, units, side
         As of the generic method (`calibrate_generic`), which gives the start where no
         lens formula fits.
+    pupil : {"by test", "fixed"}
+        "fixed" gives a central camera.
     board : {"by test", "flat"}
         As of `calibrate_lens`.
 
@@ -148,7 +151,7 @@ def calibrate_spline(
         If no trend is found, or the views do not determine a field.
     """
     corners = [found_corners(view) for view in views]
-    lenses, faults = _lenses(views, width, height, board)
+    lenses, faults = _lenses(views, width, height, board, pupil)
     starts = [_lens_start(lens) for lens in lenses]
     if not starts:
         try:
@@ -170,9 +173,9 @@ def calibrate_spline(
     return _completed(best, width, height)
 
 
-def _lenses(views, width, height, board):
+def _lenses(views, width, height, board, pupil):
     try:
-        return proposed_lenses(views, width, height, board)
+        return proposed_lenses(views, width, height, board, pupil)
     except CalibrationError as fault:
         return [], [str(fault)]
 
