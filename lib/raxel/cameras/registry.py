@@ -178,4 +178,6 @@ def load_camera(path: str | PathLike[str]) -> Camera:
     with CameraFile(path, CAMERAS) as file:
         camera = file.camera()
         camera.board = file.board()
+        if file.has("board_distance"):
+            camera.board_distance = float(file.number("board_distance"))
         return camera

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.generic.central_test import centrality_of_views
+from raxel.calibration.parametric.opencv_fits import found_corners
 from raxel.cli import findings
 from raxel.cli.models import CENTRAL_FITS, FITS, MIN_N_VIEWS, MISFITS, STAGES, TABLES
 from raxel.cli.outputs import check_outputs, check_writable, write_results
@@ -158,6 +159,7 @@ def _calibrated(name, task, asked, details):
     values["explained"] = any(explained(each, found.rms_px) for each in warnings)
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
+    fitted.camera.board_distance = _board_distance(images, used)
     if fitted.shape:
         board = "unit", "board_shape", "board_corners"
         fitted.camera.board = {key: result[key] for key in board}
@@ -216,6 +218,16 @@ def _used(fitted, images, views):
     """(ImageScores, views) of those that went into the fit."""
     pairs = zip(images, views, strict=True)
     return zip(*(p for p in pairs if p[1].name not in fitted.unused), strict=True)
+
+
+def _board_distance(images, views):
+    """Median distance of the middles of boards from the origin of the camera frame."""
+    middles = [
+        score.T_camera_grid @ [*found_corners(view)[1].mean(axis=0), 0, 1]
+        for score, view in zip(images, views, strict=True)
+        if score.T_camera_grid is not None
+    ]
+    return float(np.median([np.linalg.norm(m[:3]) for m in middles] or [np.nan]))
 
 
 def _central_test(images, views, size):

@@ -410,8 +410,9 @@ PROGRAM = Program(
         ),
         _command(
             "undistort",
-            "Undistort the images of a set as a pinhole camera sees them.",
-            "raxel undistort camera.npz my-camera --out undistorted",
+            "Undistort the images of a set: as a pinhole camera sees them, or as "
+            "panoramas. undistorted.json contains the geometry of the images.",
+            "raxel undistort camera.npz my-camera --out undistorted --fov 100",
             _argument(
                 "camera",
                 "Camera file (.npz), or points of one view (.npz) written by "
@@ -423,9 +424,54 @@ PROGRAM = Program(
                 "--out",
                 file_name,
                 "FOLDER",
-                "Folder for the PNG images. Only images of an earlier run are "
-                "replaced.",
+                "Folder for the PNG images and undistorted.json. Only files of an "
+                "earlier run are replaced.",
                 required=True,
+            ),
+            _option(
+                "--projection",
+                click.Choice(["perspective", "cylinder", "equirectangular"]),
+                "NAME",
+                "perspective (straight lines remain straight), cylinder (upright "
+                "lines do) or equirectangular (columns and rows are azimuths and "
+                "elevations).",
+                default="perspective",
+            ),
+            _option(
+                "--fov",
+                number(float, 1, 360, "an angle from 1 to 360 degrees"),
+                "DEG",
+                "Horizontal field of view.  [default: that of the camera; in "
+                "perspective up to 60 degrees from the axis]",
+            ),
+            _option(
+                "--size",
+                COUNT,
+                "W H",
+                "Width and height in px.  [default: that of the camera; in a panorama "
+                "its scale in mid-image]",
+                nargs=2,
+            ),
+            _option(
+                "--down",
+                number(float, -1e6, 1e6, "a number"),
+                "X Y Z",
+                "Vertical of a panorama in the camera frame, such as 0 0 1 for a "
+                "camera that looks down along z.  [default: down in the image]",
+                nargs=3,
+            ),
+            _option(
+                "--range",
+                LENGTH,
+                "MM",
+                "Distance at which images of a camera whose rays do not meet in one "
+                "point are exact; in pitches of the target if its size is unknown.  "
+                "[default: far away]",
+            ),
+            _flag(
+                "--maps",
+                help="Write maps.npz: the pixel (u, v) of the camera that each pixel "
+                "shows.",
             ),
         ),
         _command(

@@ -7,10 +7,11 @@ import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from raxel.cameras.core.base import Camera, centrality, pixel_grid
 from raxel.cameras.registry import load_camera
 from raxel.cli.outputs import check_written
 from raxel.cli.sets import opened_set
@@ -18,11 +19,17 @@ from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.features.grids import has_points, read_grid
-from raxel.io.files import check_can_be_written, png_names, replacing
+from raxel.io.files import check_can_be_written, png_names, replacing, write_json
 from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.multiview.views import (
+    FAR_RANGE_MM,
+    CylindricalView,
+    EquirectangularView,
+    PerspectiveView,
+    panoramic_view,
     perspective_view,
     plane_scale,
+    range_shift,
     remap_to_plane,
     resample,
     share_seen,
@@ -31,67 +38,145 @@ from raxel.multiview.views import (
 from raxel.report.canvas import is_undistorted_png, write_undistorted_png
 from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
 
+MAX_PERSPECTIVE_FOV_DEG = 170
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
 ENDINGS = (".html", ".png")
+SIDECAR, MAPS = "undistorted.json", "maps.npz"
+SIDECAR_MARK = "raxel_undistorted"  # its first key
+PANORAMAS: dict[str, Any] = {
+    "cylinder": CylindricalView,
+    "equirectangular": EquirectangularView,
+}
+View = PerspectiveView | CylindricalView | EquirectangularView
+VIEW_OPTIONS = "projection", "fov", "size", "down", "range", "maps"
+# Distance, in RMS distances of the rays from one point, at which the shift of points is
+# proportional to the inverse of the distance.
+FAR_FROM_RAYS = 1000
 
 
-# Function of an image; fraction of the pixels that show anything; what shows these;
-# possible causes of a small fraction.
-Undistortion = tuple[Callable[[np.ndarray], np.ndarray], float, str, str]
+class Undistortion(NamedTuple):
+    """Function of an image; fraction of the pixels that show anything; what shows
+    these; possible causes of a small fraction; content of SIDECAR; source pixels
+    (h, w, 2), None for a grid."""
+
+    of_image: Callable[[np.ndarray], np.ndarray]
+    share: float
+    source: str
+    causes: str
+    geometry: dict[str, Any]
+    maps: np.ndarray | None = None
 
 
 def undistort(options: SimpleNamespace, say: Say) -> None:
-    """Write the images of a set as a pinhole at the camera's centre would see them, or
-    mapped onto the plane of an active grid."""
+    """Write the images of a set as a pinhole at the camera's centre would see them, as
+    a panorama, or mapped onto the plane of an active grid."""
     out = Path(options.out)
     image_set = opened_set(options)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
     targets = png_names(files)
     _check_targets(out, targets, image_set, options.camera)
     by = _by_grid if has_points(options.camera) else _by_camera
-    undistorted, share, source, causes = by(options.camera, image_set)
+    new = by(options, image_set)
     disk = out if out.is_dir() else out.parent
     with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
         folder = Path(room) / "images"
         for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
             write_undistorted_png(
-                folder / target, undistorted(read_colour(image_set, name))
+                folder / target, new.of_image(read_colour(image_set, name))
             )
             renamed = (
                 f" as {target}" if target != PurePath(name).with_suffix(".png") else ""
             )
             say(f"{number}/{len(files)} {name}{renamed}")
-        for target in targets:
+        (out / MAPS).unlink(missing_ok=True)  # of an earlier run
+        if options.maps and new.maps is not None:
+            u, v = np.moveaxis(new.maps, 2, 0)
+            np.savez_compressed(folder / MAPS, u=u, v=v)
+            targets.append(PurePath(MAPS))
+        write_json(folder / SIDECAR, {SIDECAR_MARK: 1} | new.geometry)
+        for target in [*targets, PurePath(SIDECAR)]:
             (out / target).parent.mkdir(parents=True, exist_ok=True)
             os.replace(folder / target, out / target)
     print(
-        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; {source} "
-        f"{100 * share:.0f} % of their pixels"
+        f"{image_set.name}: {len(files)} images in {on_one_line(out)}; {new.source} "
+        f"{100 * new.share:.0f} % of their pixels"
     )
-    if share < MIN_SHARE:
-        print(f"the rest is black: {causes}")
+    if new.share < MIN_SHARE:
+        print(f"the rest is black: {new.causes}")
 
 
-def _by_camera(path: str, image_set: ImageSet) -> Undistortion:
+def _by_camera(options: SimpleNamespace, image_set: ImageSet) -> Undistortion:
     from raxel.cli.evaluate import check_size
 
-    camera = load_camera(path)
-    check_size(path, camera, image_set)
+    camera = load_camera(options.camera)
+    check_size(options.camera, camera, image_set)
+    exact = options.range or FAR_RANGE_MM
     try:
-        view = perspective_view(camera)
+        view = _view(camera, options)
     except InputError as fault:
-        raise InputError(f"{path}: {fault}") from fault
-    sources = source_pixels(camera, view)
-    return (
+        raise InputError(f"{options.camera}: {fault}") from fault
+    sources = source_pixels(camera, view, exact)
+    unit = image_set.target.unit
+    if not camera.central:
+        print(f"{image_set.name}: {_range_text(camera, view, options.range, unit)}")
+    sizes = {name: getattr(view, name) for name in view._fields}
+    geometry = {
+        "camera": str(options.camera),
+        "projection": options.projection,
+        "range": None if camera.central else options.range,
+        "unit": unit,
+        **{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in sizes.items()},
+    }
+    return Undistortion(
         lambda image: resample(image, sources),
         share_seen(sources, camera),
         "the camera sees",
-        "the field of view exceeds that of a pinhole, or the calibration targets "
-        "covered little of the image; raxel.multiview.views makes panoramas",
+        "the field of view exceeds that of the camera, or the calibration targets "
+        "covered little of the image; see --projection and --fov",
+        geometry,
+        sources,
     )
 
 
-def _by_grid(path: str, image_set: ImageSet) -> Undistortion:
+def _view(camera: Camera, options: SimpleNamespace) -> View:
+    fov = options.fov and np.radians(options.fov)
+    if options.projection != "perspective":
+        kind = PANORAMAS[options.projection]
+        return panoramic_view(kind, camera, options.down, fov, options.size)
+    if options.down or (options.fov or 0) > MAX_PERSPECTIVE_FOV_DEG:
+        raise InputError(
+            "--projection: perspective has no --down and at most "
+            f"--fov {MAX_PERSPECTIVE_FOV_DEG}; give cylinder or equirectangular"
+        )
+    return perspective_view(camera, fov, options.size)
+
+
+def _range_text(camera: Camera, view: View, range_mm: float | None, unit: str) -> str:
+    """Where a view of rays without a common point is exact, and errors elsewhere."""
+    exact = range_mm or FAR_RANGE_MM
+    where = f"at {range_mm:.4g} {unit}" if range_mm else "far away"
+    start = f"rays do not meet in one point: images are exact {where}"
+    boards = camera.board_distance
+    if boards is not None:
+        shift = range_shift(camera, view, exact, boards)
+        return f"{start}; at {boards:.4g} {unit} (boards) off by up to {shift:.2g} px"
+    rays = camera.rays(
+        pixel_grid(camera.width, camera.height)[:: max(camera.width // 7, 1)]
+    )
+    tried = FAR_FROM_RAYS * centrality(rays)
+    shift = range_shift(camera, view, exact, tried)
+    near = shift / (shift / exact + abs(1 / tried - 1 / exact))
+    return f"{start}; nearer than {near:.2g} {unit} off by more than 1 px"
+
+
+def _by_grid(options: SimpleNamespace, image_set: ImageSet) -> Undistortion:
+    path = options.camera
+    for name in VIEW_OPTIONS:
+        if getattr(options, name) not in (None, False, "perspective"):
+            raise InputError(
+                f"--{name}: found with points of a grid, whose plane is the view; "
+                "remove it, or give a camera"
+            )
     shape = image_set.height, image_set.width
     location, sigma, mask = read_grid(path, (*shape, 2))
     try:
@@ -101,11 +186,12 @@ def _by_grid(path: str, image_set: ImageSet) -> Undistortion:
         )
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from fault
-    return (
+    return Undistortion(
         lambda image: remap_to_plane(image, location, sigma, mask, *scale)[0],
         float(np.mean(known)),
         "the grid's points cover",
         "the grid covered little of the image; move the monitor closer",
+        {"points": str(path), "projection": "plane", "length_per_px": scale[1]},
     )
 
 
@@ -117,7 +203,13 @@ def _check_targets(
         raise InputError(f"{out}: is the image set itself; choose another folder")
     check_can_be_written(out / "image.png" if out.is_dir() else out)
     paths = [out / target for target in targets]
-    check_written(paths, [image_set], [camera])
+    own = out / SIDECAR, out / MAPS
+    check_written([*paths, *own], [image_set], [camera])
+    if not (own[0].exists() and SIDECAR_MARK in own[0].read_text(errors="replace")):
+        for path in filter(Path.exists, own):
+            raise InputError(
+                f"{path}: not written by raxel undistort; choose another --out"
+            )
     for path in paths:
         if not path.parent.resolve().is_relative_to(out.resolve()):
             raise InputError(

@@ -1,4 +1,7 @@
-"""Views without distortion: perspective, cylindrical, and of a plane.
+"""Views without distortion: perspective, panoramic, and of a plane.
+
+Rays of a non-central camera do not meet in one point. A view of such a camera has its
+centre at the point nearest to the rays, and is exact at one distance from there.
 
 `remap_to_plane` resamples an image on a plane with a known point for each pixel. An
 active grid (phase-shift structured light) gives each pixel its point of the plane. This
@@ -27,6 +30,7 @@ from raxel.geometry.pixel_cells import usual_step, whole_cells
 
 STEP_PX = 4.0
 PERSPECTIVE_GRID_SIZE = 101
+SHIFT_GRID_SIZE = 41
 MAX_VIEW_ANGLE_RAD = np.radians(60)
 MIN_SLOPE = 1e-9
 BLOCK = 1 << 16
@@ -64,18 +68,26 @@ class PerspectiveView(NamedTuple):
         return straight @ self.R_camera_view.T
 
 
-def perspective_view(camera: Camera) -> PerspectiveView:
-    """Return the pinhole that shows what a central camera sees.
+def perspective_view(
+    camera: Camera, fov: float | None = None, size: Sequence[int] | None = None
+) -> PerspectiveView:
+    """Return the pinhole that shows what a camera sees.
 
     A PerspectiveCamera keeps its K and loses its distortion. For any other camera the
     view points along the ray nearest to the middle of the image, with the u axis to the
     right. Its scale is that of the image there, or smaller, so that all rays within 60
-    degrees of that one are in the view.
+    degrees of that one are in the view. With `fov` or `size` that direction is in the
+    middle of the view.
 
     Parameters
     ----------
     camera : Camera
-        A central camera.
+        Any camera.
+    fov : float, optional
+        Horizontal field of view, rad, between the outer edges of the pixels. None: as
+        described.
+    size : sequence of int, optional
+        Width and height of the view, px. None: those of the camera.
 
     Returns
     -------
@@ -85,7 +97,7 @@ def perspective_view(camera: Camera) -> PerspectiveView:
     Raises
     ------
     InputError
-        For a camera without a single centre, or with too few rays.
+        For a camera with too few rays.
 
     Examples
     --------
@@ -97,32 +109,51 @@ def perspective_view(camera: Camera) -> PerspectiveView:
     >>> view.directions([[320, 240]]).tolist()
     [[0.0, 0.0, 1.0]]
     """
+    view = _whole_view(camera)
+    if fov is None and size is None:
+        return view
+    width, height = size or (camera.width, camera.height)
+    focal = view.K[0, 0] * width / camera.width
+    if fov is not None:
+        focal = width / (2 * np.tan(fov / 2))
+    K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+    return view._replace(K=K, width=width, height=height)
+
+
+def _whole_view(camera):
+    """PerspectiveView in the size of the camera's image."""
     size = camera.width, camera.height
     if isinstance(camera, PerspectiveCamera):
         return PerspectiveView(camera.K, np.eye(3), np.zeros(3), *size)
-    if not camera.central:
-        raise InputError(
-            f"camera of kind {camera.kind}: not central, so a perspective view would "
-            "depend on the range; give a central camera"
-        )
-    middle, rays = _middle_rays(camera)
-    ahead = rays.directions[0]
-    right = (rays.directions[1] - rays.directions[2]) / (2 * STEP_PX)
-    down = (rays.directions[3] - rays.directions[4]) / (2 * STEP_PX)
-    x = right - ahead * (ahead @ right)
-    x /= np.linalg.norm(x)
-    R_camera_view = np.column_stack((x, np.cross(ahead, x), ahead))
-    own_scale = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
-    focal = min(own_scale, _focal_that_holds(camera, R_camera_view, middle))
+    middle, R_camera_view, own_scale = _middle_frame(camera)
+    rays = camera.rays(_grid(camera))
+    focal = min(own_scale, _focal_that_holds(camera, rays, R_camera_view, middle))
     K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
     return PerspectiveView(K, R_camera_view, closest_point(rays), *size)
 
 
-def _focal_that_holds(camera, R_camera_view, middle):
+def _middle_frame(camera):
+    """(middle pixel, R_camera_view with its ray as z and x to the right, px per rad)"""
+    middle, rays = _middle_rays(camera)
+    ahead = rays.directions[0]
+    right = (rays.directions[1] - rays.directions[2]) / (2 * STEP_PX)
+    down = (rays.directions[3] - rays.directions[4]) / (2 * STEP_PX)
+    rad_per_px = np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
+    if not rad_per_px > MIN_SLOPE:
+        raise InputError(
+            f"camera of kind {camera.kind}: neighbouring rays are parallel, so there "
+            "is no view from one point; give a camera with diverging rays",
+            code="parallel-rays",
+        )
+    x = right - ahead * (ahead @ right)
+    x /= np.linalg.norm(x)
+    return middle, np.column_stack((x, np.cross(ahead, x), ahead)), 1 / rad_per_px
+
+
+def _focal_that_holds(camera, rays, R_camera_view, middle):
     """Largest focal length (px) with all rays within MAX_VIEW_ANGLE_RAD in the
     image."""
     size = np.array([camera.width, camera.height])
-    rays = camera.rays(_grid(camera))
     seen = rays.directions[rays.valid] @ R_camera_view
     seen = seen[seen[:, 2] > np.cos(MAX_VIEW_ANGLE_RAD)]
     slopes = seen[:, :2] / seen[:, 2:]
@@ -131,7 +162,9 @@ def _focal_that_holds(camera, R_camera_view, middle):
 
 
 def source_pixels(
-    camera: Camera, view: PerspectiveView | CylindricalView
+    camera: Camera,
+    view: PerspectiveView | CylindricalView | EquirectangularView,
+    range_mm: float = FAR_RANGE_MM,
 ) -> NDArray[np.float32]:
     """Return the camera pixel that each pixel of a view shows.
 
@@ -139,8 +172,10 @@ def source_pixels(
     ----------
     camera : Camera
         Any camera.
-    view : PerspectiveView or CylindricalView
+    view : PerspectiveView, CylindricalView or EquirectangularView
         Any object with `directions`, `centre`, `width` and `height`.
+    range_mm : float
+        Distance from the centre at which the view of a non-central camera is exact, mm.
 
     Returns
     -------
@@ -153,12 +188,44 @@ def source_pixels(
     for top in range(0, view.height, rows):
         count = min(rows, view.height - top)
         pixels = pixel_grid(view.width, count) + [0, top]
-        seen, valid = camera.project(
-            FAR_RANGE_MM * view.directions(pixels) + view.centre
-        )
+        seen, valid = camera.project(range_mm * view.directions(pixels) + view.centre)
         block = sources[top * view.width : (top + count) * view.width]
         block[valid] = seen[valid]
     return sources.reshape(view.height, view.width, 2)
+
+
+def range_shift(
+    camera: Camera,
+    view: PerspectiveView | CylindricalView | EquirectangularView,
+    range_mm: float,
+    distance_mm: float,
+) -> float:
+    """Return how far points at another distance are from where a view shows them.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    view : PerspectiveView, CylindricalView or EquirectangularView
+        A view that is exact at a range.
+    range_mm, distance_mm : float
+        That range, and the other distance from the centre, mm.
+
+    Returns
+    -------
+    float
+        Largest shift over the view, px of the camera's image; 0 for a central camera,
+        NaN where the camera sees neither.
+    """
+    steps = pixel_grid(SHIFT_GRID_SIZE, SHIFT_GRID_SIZE) / (SHIFT_GRID_SIZE - 1)
+    ahead = view.directions(steps * [view.width - 1, view.height - 1])
+    exact, other = (
+        camera.project(length * ahead + view.centre)
+        for length in (range_mm, distance_mm)
+    )
+    both = exact.valid & other.valid & camera.in_image(exact.pixels)
+    shifts = np.linalg.norm((other.pixels - exact.pixels)[both], axis=1)
+    return float(shifts.max(initial=0.0 if both.any() else np.nan))
 
 
 def share_seen(sources: np.ndarray, camera: Camera) -> float:
@@ -240,6 +307,8 @@ def _grid(camera):
 # Largest elevation of rays that determine the height of the image.
 MAX_ELEVATION_RAD = np.radians(75)
 CYLINDER_GRID_SIZE = 401
+# Of the middle ray to the vertical: below it, its azimuth is poorly determined.
+MIN_AHEAD_ANGLE_RAD = np.radians(30)
 
 
 class CylindricalView(NamedTuple):
@@ -297,11 +366,50 @@ class CylindricalView(NamedTuple):
         u = self.middle + self.radius * np.arctan2(x, z)
         return np.where(across[:, None] > 0, np.column_stack([u, v]), np.nan)
 
+    @staticmethod
+    def drop(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far below the horizon, in radii, directions (N, 3) are shown."""
+        return directions[:, 1] / np.hypot(directions[:, 0], directions[:, 2])
+
+
+class EquirectangularView(NamedTuple):
+    """Upright sphere about the centre of a camera: columns are azimuths, rows
+    elevations.
+
+    Attributes
+    ----------
+    radius : float
+        Scale, px per rad, along rows and columns.
+    horizon, R_camera_view, centre, width, height
+        As of a CylindricalView.
+    """
+
+    radius: float
+    horizon: float
+    R_camera_view: np.ndarray
+    centre: np.ndarray
+    width: int
+    height: int
+
+    def directions(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return unit directions (N, 3), in the camera frame, of pixels (N, 2)."""
+        azimuth = (pixels[:, 0] - (self.width - 1) / 2) / self.radius
+        drop = (pixels[:, 1] - self.horizon) / self.radius
+        x, z = np.cos(drop) * np.sin(azimuth), np.cos(drop) * np.cos(azimuth)
+        return np.column_stack([x, np.sin(drop), z]) @ self.R_camera_view.T
+
+    @staticmethod
+    def drop(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far below the horizon, in radii, directions (N, 3) are shown."""
+        return np.arctan2(
+            directions[:, 1], np.hypot(directions[:, 0], directions[:, 2])
+        )
+
 
 def cylindrical_view(
     camera: Camera, down: ArrayLike, ahead: ArrayLike, width: int
 ) -> CylindricalView:
-    """Return the cylinder that holds the rays of a central camera.
+    """Return the cylinder that holds the rays of a camera, once around.
 
     The height follows from the highest and the lowest ray within 75 degrees of the
     horizon, at the scale of the width. Rows end on the last whole pixel.
@@ -309,7 +417,7 @@ def cylindrical_view(
     Parameters
     ----------
     camera : Camera
-        A central camera.
+        Any camera.
     down : array_like of shape (3,)
         Axis of the cylinder in the camera frame, of any length.
     ahead : array_like of shape (3,)
@@ -326,39 +434,88 @@ def cylindrical_view(
     Raises
     ------
     InputError
-        With code ``not-central`` for a camera without a single centre,
-        ``outside-image`` without rays near the horizon, ``parallel-directions`` for
-        parallel directions.
+        With code ``outside-image`` without rays near the horizon,
+        ``parallel-directions`` for parallel directions.
     """
-    if not camera.central:
-        raise InputError(
-            f"camera of kind {camera.kind}: not central, so a panorama would depend on "
-            "the range; give a central camera",
-            code="not-central",
-        )
     R_camera_view = _level_frame(down, ahead)
-    size = np.array([camera.width, camera.height])
-    rays = camera.rays(
-        pixel_grid(CYLINDER_GRID_SIZE, CYLINDER_GRID_SIZE)
-        * (size - 1)
-        / (CYLINDER_GRID_SIZE - 1)
-    )
-    x, y, z = (rays.directions[rays.valid] @ R_camera_view).T
-    across = np.hypot(x, z)
-    near = np.abs(y) <= np.tan(MAX_ELEVATION_RAD) * across
+    scale = width / (2 * np.pi)
+    return _panorama(CylindricalView, camera, R_camera_view, scale, 2 * np.pi)
+
+
+def panoramic_view(
+    kind: type[CylindricalView] | type[EquirectangularView],
+    camera: Camera,
+    down: ArrayLike | None = None,
+    fov: float | None = None,
+    size: Sequence[int] | None = None,
+) -> CylindricalView | EquirectangularView:
+    """Return the panorama that holds the rays of a camera.
+
+    Its middle column is that of the ray nearest to the middle of the image, or of the
+    upper edge of the image where this ray is within 30 degrees of the vertical.
+
+    Parameters
+    ----------
+    kind : type
+        CylindricalView or EquirectangularView.
+    camera : Camera
+        Any camera.
+    down : array_like of shape (3,), optional
+        Direction of the vertical in the camera frame, of any length. None: that of the
+        columns in the middle of the image.
+    fov : float, optional
+        Horizontal field of view, rad, between the outer edges of the pixels. None: that
+        of the camera, up to 2 pi.
+    size : sequence of int, optional
+        Width and height, px, with the horizon in the middle. None: the scale in the
+        middle of the camera's image, and all rows with rays.
+
+    Returns
+    -------
+    CylindricalView or EquirectangularView
+        The panorama.
+
+    Raises
+    ------
+    InputError
+        As `cylindrical_view`, and for a camera with too few rays.
+    """
+    _, R_middle, scale = _middle_frame(camera)
+    _, below, ahead = R_middle.T
+    down = below if down is None else np.asarray(down, float)
+    upright = abs(ahead @ down) > np.cos(MIN_AHEAD_ANGLE_RAD) * np.linalg.norm(down)
+    R_camera_view = _level_frame(down, -below if upright else ahead)
+    return _panorama(kind, camera, R_camera_view, scale, fov, size)
+
+
+def _panorama(kind, camera, R_camera_view, scale, fov=None, size=None):
+    """Panorama of a kind and a scale (px per rad); fov (rad) and size as of
+    `panoramic_view`."""
+    last = np.array([camera.width, camera.height]) - 1
+    steps = pixel_grid(CYLINDER_GRID_SIZE, CYLINDER_GRID_SIZE)
+    rays = camera.rays(steps * last / (CYLINDER_GRID_SIZE - 1))
+    seen = rays.directions[rays.valid] @ R_camera_view
+    x, y, z = seen.T
+    near = np.abs(y) <= np.tan(MAX_ELEVATION_RAD) * np.hypot(x, z)
     if not near.any():
         raise InputError(
             f"camera of kind {camera.kind}: no ray is within "
             f"{np.degrees(MAX_ELEVATION_RAD):.0f} degrees of the horizon; check 'down'",
             code="outside-image",
         )
-    radius = width / (2 * np.pi)
-    drop = radius * y[near] / across[near]
-    horizon = float(np.floor(-drop.min()))
-    height = int(np.floor(drop.max() + horizon)) + 1
-    return CylindricalView(
-        radius, horizon, R_camera_view, closest_point(rays), width, height
-    )
+    azimuth = np.abs(np.arctan2(x, z))
+    fov = fov or min(2 * float(azimuth[near].max()), 2 * np.pi)
+    width, height = size or (max(round(scale * fov), 1), None)
+    radius = width / fov
+    if height is None:
+        shown = near if kind is CylindricalView else np.ones_like(near)
+        within = shown & (azimuth <= fov / 2)
+        drop = radius * kind.drop(seen[within if within.any() else shown])
+        horizon = float(np.floor(-drop.min()))
+        height = int(np.floor(drop.max() + horizon)) + 1
+    else:
+        horizon = (height - 1) / 2
+    return kind(radius, horizon, R_camera_view, closest_point(rays), width, height)
 
 
 def _level_frame(down, ahead):

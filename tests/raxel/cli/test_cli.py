@@ -206,7 +206,7 @@ def test_undistort_straightens_board_rows(calibrated, drawn, tmp_path, capsys, m
     arguments = ["undistort", str(calibrated[model][0]), str(drawn)]
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == [f"view{i}.png" for i in range(6)]
+    assert names == ["undistorted.json", *(f"view{i}.png" for i in range(6))]
     straight = cv2.imread(str(tmp_path / "out" / "view0.png"), cv2.IMREAD_UNCHANGED)
     assert straight.shape == (HEIGHT, WIDTH)
     printed = capsys.readouterr().out

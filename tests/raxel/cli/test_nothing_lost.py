@@ -115,6 +115,13 @@ def over_the_camera(folder, camera):
     return out, shutil.move(camera, out / "a.png")
 
 
+def over_another_sidecar(folder, camera):
+    out = folder.parent / "out"
+    out.mkdir()
+    (out / "undistorted.json").write_text("{}")
+    return out, camera
+
+
 def into_a_file_as_a_folder(folder, camera):
     out = folder.parent / "out"
     out.mkdir()
@@ -131,9 +138,10 @@ def into_a_file_as_a_folder(folder, camera):
             shutil.copytree(folder, folder.parent / "other"),
             camera,
         ),
+        over_another_sidecar,
         into_a_file_as_a_folder,
     ],
-    ids=["reference", "camera", "set", "file-as-folder"],
+    ids=["reference", "camera", "set", "sidecar", "file-as-folder"],
 )
 def test_undistort_keeps_other_files(folder, camera, capsys, place):
     out, camera = place(folder, camera)
@@ -147,10 +155,11 @@ def test_undistort_replaces_its_own_images(folder, camera):
     assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
     first = contents(out)
     names = sorted(str(path.relative_to(out)) for path in first)
-    assert names == ["a.png", "sub/a.png", "sub/b.png"]
-    for path in first:
+    assert names == ["a.png", "sub/a.png", "sub/b.png", "undistorted.json"]
+    for path in set(first) - {out / "undistorted.json"}:
         assert cv2.imread(str(path), cv2.IMREAD_UNCHANGED).shape == (HEIGHT, WIDTH)
     (out / "a note").write_text("kept")
+    (out / "maps.npz").write_text("of an earlier run")
     narrow = PerspectiveCamera(
         np.array([[200.0, 0, 159.5], [0, 200.0, 119.5], [0, 0, 1]]),
         [-0.2],

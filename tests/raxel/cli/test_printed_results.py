@@ -1,6 +1,7 @@
 """Printed and written results: values, units and names."""
 
 import json
+import re
 from functools import partial
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ import pytest
 
 from raxel.calibration.parametric.lens_formula import BoardTest
 from raxel.calibration.views.correspondence import BoardShape, BoardView
-from raxel.cameras import PerspectiveCamera
+from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, PerspectiveCamera
 from raxel.cli import active_grids, main, models
 from raxel.cli.findings import misfit_warnings
 from raxel.cli.image_sets import _check_images
@@ -24,6 +25,7 @@ from raxel.evaluation.json_fields import shape_fields
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, SizeVote, write_boards
 from raxel.features.detector import Detection, Partial, rejected
+from raxel.multiview.views import CylindricalView, panoramic_view, range_shift, resample
 from raxel.sets import load_set
 from raxel.sets.model import BOARDS, View
 from raxel.show.cameras import _posed_scene
@@ -186,6 +188,49 @@ def test_undistort_prints_the_share_of_visible_pixels(tmp_path, capsys):
     assert printed.startswith(f"drawn: 2 images in {out}; the camera sees ")
     share = float(printed.split("sees ")[1].split(" %")[0])
     assert share == pytest.approx(100 * seen, abs=1.0)
+
+
+def test_undistort_of_moving_pupil_states_range_and_geometry(tmp_path, capsys):
+    write_drawn_set(tmp_path / "set", ((0, 0), (25, 0)))
+    lens = KannalaBrandtCamera([1, 0], (200.0, 200.0), (159.5, 119.5), WIDTH, HEIGHT)
+    camera, path = MovingPupilCamera(lens, [6.0]), tmp_path / "camera.npz"
+    camera.save(path)
+    order = ["undistort", str(path), str(tmp_path / "set"), "--maps", "--size", "90"]
+    order += ["60", "--projection", "cylinder", "--fov", "70", "--out"]
+    assert main([*order, str(tmp_path / "far")]) == 0
+    start = "drawn: rays do not meet in one point: images are exact "
+    line = capsys.readouterr().out.splitlines()[0]
+    assert line.startswith(f"{start}far away; nearer than ")
+    near = float(re.search(r"than (\S+) mm off by more than 1 px", line)[1])
+    view = panoramic_view(CylindricalView, camera, None, np.radians(70), (90, 60))
+    assert range_shift(camera, view, 1e6, near) == pytest.approx(1, rel=0.06)
+
+    camera.board_distance = 100.0
+    camera.save(path)
+    out = tmp_path / "near"
+    assert main([*order, str(out), "--range", "300"]) == 0
+    line = capsys.readouterr().out.splitlines()[0]
+    shift = range_shift(camera, view, 300.0, 100.0)
+    boards = f"at 100 mm (boards) off by up to {shift:.2g} px"
+    assert line == f"{start}at 300 mm; {boards}"
+    # The files alone give the point that each pixel shows.
+    stated = json.loads((out / "undistorted.json").read_text())
+    v, u = np.mgrid[:60, :90]
+    azimuth, drop = (
+        (u - 44.5) / stated["radius"],
+        (v - stated["horizon"]) / stated["radius"],
+    )
+    points = np.stack([np.sin(azimuth), drop, np.cos(azimuth)], axis=-1)
+    points *= stated["range"] / np.linalg.norm(points, axis=-1, keepdims=True)
+    points = points @ np.transpose(stated["R_camera_view"]) + stated["centre"]
+    with np.load(out / "maps.npz") as maps:
+        pixels = np.dstack([maps["u"], maps["v"]])
+    seen = camera.in_image(pixels)
+    there = camera.project(points.reshape(-1, 3)).pixels.reshape(60, 90, 2)
+    np.testing.assert_allclose(pixels[seen], there[seen], atol=1e-4)
+    image = cv2.imread(str(tmp_path / "set" / "view1.png"), 0)
+    new = cv2.imread(str(out / "view1.png"), 0)
+    np.testing.assert_array_equal(new, resample(image, pixels))
 
 
 def test_models_name_excluded_boards_with_the_reason(monkeypatch):

@@ -158,6 +158,8 @@ class Camera(abc.ABC):
     height: int
     # The board of the calibration as JSON, where it is not as specified.
     board: dict[str, Any] | None = None
+    # Median distance of the boards of the calibration, where it is known.
+    board_distance: float | None = None
 
     @property
     @abc.abstractmethod
@@ -240,8 +242,10 @@ class Camera(abc.ABC):
         InputError
             The file cannot be written.
         """
-        size = {"width": np.array(self.width), "height": np.array(self.height)}
-        write_camera(path, self.kind, size | self._fields(), self.board)
+        names = "width", "height", "board_distance"
+        own = {name: getattr(self, name) for name in names}
+        known = {name: np.array(v) for name, v in own.items() if v is not None}
+        write_camera(path, self.kind, known | self._fields(), self.board)
 
 
 def check_size(camera, width, height):
