@@ -13,7 +13,7 @@ from raxel.cli.terminal import Say, print_help
 SECTIONS = {
     **dict.fromkeys(["new", "check", "corners", "decode"], "Image sets"),
     **dict.fromkeys(["calibrate", "evaluate", "undistort", "show"], "Cameras"),
-    **dict.fromkeys(["patterns", "render"], "Targets and simulation"),
+    **dict.fromkeys(["board", "patterns", "render"], "Targets and simulation"),
 }
 OPTION_SECTIONS = {
     **dict.fromkeys(["--out", "--json", "--report", "--force"], "Output"),
@@ -51,6 +51,8 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
             from raxel.cli.images import undistort as command
         case "show":
             from raxel.cli.images import show as command
+        case "board":
+            from raxel.cli.board import board as command
         case "patterns":
             from raxel.cli.active_grids import patterns as command
         case "render":
@@ -103,6 +105,22 @@ def number(kind: Callable, low: float, high: float, expected: str) -> Callable:
         with contextlib.suppress(ValueError):
             if low <= (value := kind(text)) <= high:
                 return value
+        raise click.BadParameter(f"found {text!r}, expected {expected}")
+
+    return read
+
+
+def pair(kind: Callable, low: float, expected: str, **names: Any) -> Callable:
+    """Return a function that reads two numbers from `low` on, such as 9x6, or a name of
+    two."""
+
+    def read(text: str) -> Any:
+        if text.lower() in names:
+            return names[text.lower()]
+        with contextlib.suppress(ValueError):
+            first, second = map(kind, text.lower().split("x"))
+            if low <= first <= MAX_LENGTH and low <= second <= MAX_LENGTH:
+                return first, second
         raise click.BadParameter(f"found {text!r}, expected {expected}")
 
     return read
@@ -168,6 +186,16 @@ SEED = number(int, 0, 10**18 - 1, "a whole number from 0")
 COUNT = number(int, 1, 32000, "a whole number from 1 to 32000")
 FRACTION = number(float, -1, 1, "a number from -1 to 1")
 LENGTH = number(float, 5e-324, 1e6, "a length in mm, up to 1e6")
+MAX_LENGTH = 1e4  # of a printed board, squares or mm
+SQUARES = pair(int, 4, "two whole numbers from 4, such as 9x6")
+PAPER = pair(
+    float,
+    50,
+    "a4, a3, letter, or two lengths in mm from 50, such as 600x400",
+    a4=(210.0, 297.0),
+    a3=(297.0, 420.0),
+    letter=(215.9, 279.4),
+)
 HELP = _flag(
     "-h",
     "--help",
@@ -498,6 +526,39 @@ PROGRAM = Program(
             ),
             CORNERS,
             _option("--seed", SEED, "N", "Seed of the poses of a rig.", default=0),
+        ),
+        _command(
+            "board",
+            "Draw a chessboard or ChArUco board to print, with a ruler on it.",
+            "raxel board --squares 9x6 --pitch 25 --paper a4 --out board.pdf",
+            _option(
+                "--out", file_name, "FILE", "Vector drawing (.pdf).", required=True
+            ),
+            _option(
+                "--squares",
+                SQUARES,
+                "WxH",
+                "Squares along a row and along a column. Interior corners, which "
+                "set.yaml counts, are one fewer along each: 9x6 has 8 x 5.",
+                required=True,
+            ),
+            _option("--pitch", LENGTH, "MM", "Side of a square in mm.", required=True),
+            _option(
+                "--paper",
+                PAPER,
+                "NAME",
+                "a4, a3, letter, or width and height in mm, such as 600x400. The "
+                "longer side is along the longer side of the board.",
+                default="a4",
+            ),
+            _option(
+                "--kind",
+                click.Choice(["chessboard", "charuco"]),
+                "NAME",
+                "chessboard, or charuco, whose corners are identified also where "
+                "part of the board is outside the image.",
+                default="chessboard",
+            ),
         ),
         _command(
             "patterns",

@@ -119,13 +119,12 @@ def _by_camera(options: SimpleNamespace, image_set: ImageSet) -> Undistortion:
     unit = image_set.target.unit
     if not camera.central:
         print(f"{image_set.name}: {_range_text(camera, view, options.range, unit)}")
-    sizes = {name: getattr(view, name) for name in view._fields}
     geometry = {
         "camera": str(options.camera),
         "projection": options.projection,
         "range": None if camera.central else options.range,
         "unit": unit,
-        **{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in sizes.items()},
+        **{name: np.asarray(value).tolist() for name, value in view._asdict().items()},
     }
     return Undistortion(
         lambda image: resample(image, sources),
@@ -165,8 +164,8 @@ def _range_text(camera: Camera, view: View, range_mm: float | None, unit: str) -
     )
     tried = FAR_FROM_RAYS * centrality(rays)
     shift = range_shift(camera, view, exact, tried)
-    near = shift / (shift / exact + abs(1 / tried - 1 / exact))
-    return f"{start}; nearer than {near:.2g} {unit} off by more than 1 px"
+    near = float(f"{shift / (shift / exact + abs(1 / tried - 1 / exact)):.2g}")
+    return f"{start}; nearer than {near:g} {unit} off by more than 1 px"
 
 
 def _by_grid(options: SimpleNamespace, image_set: ImageSet) -> Undistortion:

@@ -366,11 +366,6 @@ class CylindricalView(NamedTuple):
         u = self.middle + self.radius * np.arctan2(x, z)
         return np.where(across[:, None] > 0, np.column_stack([u, v]), np.nan)
 
-    @staticmethod
-    def drop(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far below the horizon, in radii, directions (N, 3) are shown."""
-        return directions[:, 1] / np.hypot(directions[:, 0], directions[:, 2])
-
 
 class EquirectangularView(NamedTuple):
     """Upright sphere about the centre of a camera: columns are azimuths, rows
@@ -397,13 +392,6 @@ class EquirectangularView(NamedTuple):
         drop = (pixels[:, 1] - self.horizon) / self.radius
         x, z = np.cos(drop) * np.sin(azimuth), np.cos(drop) * np.cos(azimuth)
         return np.column_stack([x, np.sin(drop), z]) @ self.R_camera_view.T
-
-    @staticmethod
-    def drop(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far below the horizon, in radii, directions (N, 3) are shown."""
-        return np.arctan2(
-            directions[:, 1], np.hypot(directions[:, 0], directions[:, 2])
-        )
 
 
 def cylindrical_view(
@@ -491,12 +479,12 @@ def panoramic_view(
 def _panorama(kind, camera, R_camera_view, scale, fov=None, size=None):
     """Panorama of a kind and a scale (px per rad); fov (rad) and size as of
     `panoramic_view`."""
-    last = np.array([camera.width, camera.height]) - 1
-    steps = pixel_grid(CYLINDER_GRID_SIZE, CYLINDER_GRID_SIZE)
-    rays = camera.rays(steps * last / (CYLINDER_GRID_SIZE - 1))
+    last, steps = [camera.width - 1, camera.height - 1], CYLINDER_GRID_SIZE
+    rays = camera.rays(pixel_grid(steps, steps) * last / (steps - 1))
     seen = rays.directions[rays.valid] @ R_camera_view
     x, y, z = seen.T
-    near = np.abs(y) <= np.tan(MAX_ELEVATION_RAD) * np.hypot(x, z)
+    across = np.hypot(x, z)
+    near = np.abs(y) <= np.tan(MAX_ELEVATION_RAD) * across
     if not near.any():
         raise InputError(
             f"camera of kind {camera.kind}: no ray is within "
@@ -506,15 +494,13 @@ def _panorama(kind, camera, R_camera_view, scale, fov=None, size=None):
     azimuth = np.abs(np.arctan2(x, z))
     fov = fov or min(2 * float(azimuth[near].max()), 2 * np.pi)
     width, height = size or (max(round(scale * fov), 1), None)
-    radius = width / fov
+    radius, horizon = width / fov, ((height or 1) - 1) / 2
     if height is None:
-        shown = near if kind is CylindricalView else np.ones_like(near)
-        within = shown & (azimuth <= fov / 2)
-        drop = radius * kind.drop(seen[within if within.any() else shown])
+        drop = radius * np.arctan2(y, across)
+        if kind is CylindricalView:
+            drop = radius * y[near] / across[near]
         horizon = float(np.floor(-drop.min()))
         height = int(np.floor(drop.max() + horizon)) + 1
-    else:
-        horizon = (height - 1) / 2
     return kind(radius, horizon, R_camera_view, closest_point(rays), width, height)
 
 

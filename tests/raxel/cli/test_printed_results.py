@@ -25,7 +25,7 @@ from raxel.evaluation.json_fields import shape_fields
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, SizeVote, write_boards
 from raxel.features.detector import Detection, Partial, rejected
-from raxel.multiview.views import CylindricalView, panoramic_view, range_shift, resample
+from raxel.multiview.views import resample
 from raxel.sets import load_set
 from raxel.sets.model import BOARDS, View
 from raxel.show.cameras import _posed_scene
@@ -190,47 +190,54 @@ def test_undistort_prints_the_share_of_visible_pixels(tmp_path, capsys):
     assert share == pytest.approx(100 * seen, abs=1.0)
 
 
-def test_undistort_of_moving_pupil_states_range_and_geometry(tmp_path, capsys):
+def direction(stated, u, v):
+    """Direction in the view of pixels, by the table of data/recorded/README.md."""
+    if stated["projection"] == "perspective":
+        return np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(stated["K"]).T
+    a = (u - (stated["width"] - 1) / 2) / stated["radius"]
+    down = (v - stated["horizon"]) / stated["radius"]
+    if stated["projection"] == "equirectangular":
+        down = np.tan(down)
+    return np.stack([np.sin(a), down, np.cos(a)], axis=-1)
+
+
+@pytest.mark.parametrize("projection", ["perspective", "cylinder", "equirectangular"])
+def test_undistort_states_range_and_geometry(tmp_path, capsys, projection):
     write_drawn_set(tmp_path / "set", ((0, 0), (25, 0)))
     lens = KannalaBrandtCamera([1, 0], (200.0, 200.0), (159.5, 119.5), WIDTH, HEIGHT)
-    camera, path = MovingPupilCamera(lens, [6.0]), tmp_path / "camera.npz"
-    camera.save(path)
-    order = ["undistort", str(path), str(tmp_path / "set"), "--maps", "--size", "90"]
-    order += ["60", "--projection", "cylinder", "--fov", "70", "--out"]
-    assert main([*order, str(tmp_path / "far")]) == 0
-    start = "drawn: rays do not meet in one point: images are exact "
-    line = capsys.readouterr().out.splitlines()[0]
-    assert line.startswith(f"{start}far away; nearer than ")
+    camera, out = MovingPupilCamera(lens, [6.0]), tmp_path / "out"
+    order = f"undistort {tmp_path / 'camera.npz'} {tmp_path / 'set'} --out {out} --maps"
+    order = f"{order} --size 90 60 --fov 70 --projection {projection}".split()
+    camera.save(tmp_path / "camera.npz")
+    assert main(order) == 0
+    line = capsys.readouterr().out
+    assert "rays do not meet in one point: images are exact far away; nearer" in line
     near = float(re.search(r"than (\S+) mm off by more than 1 px", line)[1])
-    view = panoramic_view(CylindricalView, camera, None, np.radians(70), (90, 60))
-    assert range_shift(camera, view, 1e6, near) == pytest.approx(1, rel=0.06)
-
-    camera.board_distance = 100.0
-    camera.save(path)
-    out = tmp_path / "near"
-    assert main([*order, str(out), "--range", "300"]) == 0
-    line = capsys.readouterr().out.splitlines()[0]
-    shift = range_shift(camera, view, 300.0, 100.0)
-    boards = f"at 100 mm (boards) off by up to {shift:.2g} px"
-    assert line == f"{start}at 300 mm; {boards}"
+    camera.board_distance = near
+    camera.save(tmp_path / "camera.npz")
+    assert main([*order, "--range", "300"]) == 0
+    line = capsys.readouterr().out
+    assert f"exact at 300 mm; at {near:g} mm (boards) off by up to 0." in line
     # The files alone give the point that each pixel shows.
     stated = json.loads((out / "undistorted.json").read_text())
-    v, u = np.mgrid[:60, :90]
-    azimuth, drop = (
-        (u - 44.5) / stated["radius"],
-        (v - stated["horizon"]) / stated["radius"],
+    v, u = np.mgrid[:60, :90].astype(float)
+    ahead = direction(stated, u, v) @ np.transpose(stated["R_camera_view"])
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    edges = direction(stated, np.array([-0.5, 89.5]), np.array([29.5, 29.5]))
+    azimuths = np.degrees(np.arctan2(edges[:, 0], edges[:, 2]))
+    np.testing.assert_allclose(azimuths, [-35, 35])
+    far, exact, close = (
+        camera.project((length * ahead + stated["centre"]).reshape(-1, 3)).pixels
+        for length in (1e6, 300.0, near)
     )
-    points = np.stack([np.sin(azimuth), drop, np.cos(azimuth)], axis=-1)
-    points *= stated["range"] / np.linalg.norm(points, axis=-1, keepdims=True)
-    points = points @ np.transpose(stated["R_camera_view"]) + stated["centre"]
     with np.load(out / "maps.npz") as maps:
         pixels = np.dstack([maps["u"], maps["v"]])
-    seen = camera.in_image(pixels)
-    there = camera.project(points.reshape(-1, 3)).pixels.reshape(60, 90, 2)
-    np.testing.assert_allclose(pixels[seen], there[seen], atol=1e-4)
-    image = cv2.imread(str(tmp_path / "set" / "view1.png"), 0)
-    new = cv2.imread(str(out / "view1.png"), 0)
-    np.testing.assert_array_equal(new, resample(image, pixels))
+    seen = camera.in_image(exact)
+    assert seen.mean() > 0.8
+    np.testing.assert_allclose(pixels.reshape(-1, 2)[seen], exact[seen], atol=1e-4)
+    assert np.linalg.norm(far - close, axis=1)[seen].max() == pytest.approx(1, abs=0.06)
+    given, new = (cv2.imread(f"{one}/view1.png", 0) for one in (tmp_path / "set", out))
+    np.testing.assert_array_equal(new, resample(given, pixels))
 
 
 def test_models_name_excluded_boards_with_the_reason(monkeypatch):
