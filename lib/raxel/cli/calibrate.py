@@ -227,7 +227,8 @@ def _board_distance(images, views):
         for score, view in zip(images, views, strict=True)
         if score.T_camera_grid is not None
     ]
-    return float(np.median([np.linalg.norm(m[:3]) for m in middles] or [np.nan]))
+    distances = [np.linalg.norm(middle[:3]) for middle in middles]
+    return float(np.median(distances)) if distances else None
 
 
 def _central_test(images, views, size):
