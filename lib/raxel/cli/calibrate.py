@@ -222,12 +222,11 @@ def _used(fitted, images, views):
 
 def _board_distance(images, views):
     """Median distance of the middles of boards from the origin of the camera frame."""
-    middles = [
-        score.T_camera_grid @ [*found_corners(view)[1].mean(axis=0), 0, 1]
-        for score, view in zip(images, views, strict=True)
-        if score.T_camera_grid is not None
+    distances = [
+        np.linalg.norm(T[:3, :2] @ found_corners(view)[1].mean(axis=0) + T[:3, 3])
+        for T, view in zip([i.T_camera_grid for i in images], views, strict=True)
+        if T is not None
     ]
-    distances = [np.linalg.norm(middle[:3]) for middle in middles]
     return float(np.median(distances)) if distances else None
 
 

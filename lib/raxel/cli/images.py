@@ -153,8 +153,9 @@ def _view(camera: Camera, options: SimpleNamespace) -> View:
 def _range_text(camera: Camera, view: View, range_mm: float | None, unit: str) -> str:
     """Where a view of rays without a common point is exact, and errors elsewhere."""
     exact = range_mm or FAR_RANGE_MM
-    where = f"at {range_mm:.4g} {unit}" if range_mm else "far away"
-    start = f"rays do not meet in one point: images are exact {where}"
+    start = "rays do not meet in one point: images are exact " + (
+        f"at {range_mm:.4g} {unit}" if range_mm else "far away"
+    )
     boards = camera.board_distance
     if boards is not None:
         shift = range_shift(camera, view, exact, boards)
