@@ -146,8 +146,8 @@ def _command(name: str, help: str, example: str, *params: click.Parameter) -> Se
 
 
 def _argument(name: str, help: str, required: bool = True) -> click.Argument:
-    more = {"metavar": name.upper(), "help": help, "required": required}
-    return click.Argument([name], type=file_name, **more)
+    more: dict[str, Any] = {"metavar": name.upper(), "required": required}
+    return click.Argument([name], type=file_name, help=help, **more)
 
 
 def _option(name: str, type: Any, metavar: str, help: str, **more: Any) -> click.Option:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 from raxel.cli.outputs import check_written
 from raxel.cli.terminal import Say
@@ -206,7 +207,7 @@ def write_used_set(
         return
     if size:
         columns, rows = size
-        target = replace(image_set.target, columns=columns, rows=rows)
+        target = replace(cast(Chessboard, image_set.target), columns=columns, rows=rows)
         image_set = replace(image_set, target=target)
     path = options.folder / DESCRIPTION
     write_set(replace(image_set, described_in=path, unused=()))
