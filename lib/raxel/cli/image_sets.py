@@ -12,10 +12,10 @@ from raxel.cli.outputs import check_outputs, check_writable
 from raxel.cli.sets import kept_corners, opened_set, write_corners
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
-from raxel.features import charuco
 from raxel.features.boards import (
     CLICK_DETECTORS,
     DEFAULT_DETECTOR,
+    TARGET_DETECTORS,
     Board,
     SizeVote,
     agree_on_size,
@@ -27,8 +27,10 @@ from raxel.features.boards import (
 )
 from raxel.sets import (
     ActiveGrid,
+    AprilGrid,
     Charuco,
     Chessboard,
+    CircleGrid,
     ImageSet,
     MirrorSet,
     Pattern,
@@ -39,9 +41,12 @@ from raxel.sets import (
     read_image,
 )
 from raxel.sets.image_files import has_orientation
+from raxel.sets.model import words_of
 from raxel.sets.patterns import cell_width
 
 SIZE_DETECTORS = ("opencv", "celect")  # which require the size of the board
+# Where the reasons of images name another target.
+ADVICE = "correct the target as stated for the images"
 N_SEARCHED = 4  # images in which `check` searches for the board
 
 
@@ -140,6 +145,15 @@ def _target(target: Chessboard | ActiveGrid) -> str:
     pitch = f"pitch {target.pitch_mm} mm"
     if target.pitch_mm is None:
         pitch = "pitch unknown (unit of length: the pitch)"
+    if isinstance(target, AprilGrid):
+        size = " x ".join(map(str, target.tags))
+        return (
+            f"AprilTag grid, {size} tags of {target.family} from {target.first_id}, "
+            f"{pitch}, tags {target.tag_mm:g} mm"
+        )
+    if isinstance(target, CircleGrid):
+        kind = "staggered " * target.staggered + "grid of circles"
+        return f"{kind}, {target.columns} x {target.rows} circles, {pitch}"
     if isinstance(target, Charuco):
         return (
             f"ChArUco board, {size}, {pitch}, markers {target.dictionary}, "
@@ -205,6 +219,7 @@ def corners(options: SimpleNamespace, say: Say) -> None:
         write_boards(
             options.json, image_set, _detector_name(image_set, options), boards, vote
         )
+    words = words_of(image_set.target)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
     if vote:
         print(f"{image_set.name}: {vote.line()}")
@@ -214,14 +229,15 @@ def corners(options: SimpleNamespace, say: Say) -> None:
         elif detection.missing:
             print(
                 f"  {view.label}: {detection.missing} of {len(detection.corners)} "
-                "corners are missing"
+                f"{words.point}s are missing"
             )
     reported(of_pitch(image_set.target) + of_cut_boards(boards, image_set))
     if not found:
+        named = any(detection.other_target for _, detection, _ in boards)
         raise InputError(
             f"{image_set.description}: views: no usable board in any image"
-            f"{f' ({options.json} is kept)' if kept else ''}; check target.columns "
-            "and target.rows (interior corners), or try another --detector"
+            f"{f' ({options.json} is kept)' if kept else ''}; "
+            f"{ADVICE if named else words.check}"
         )
 
 
@@ -254,9 +270,9 @@ def detected(
     detector = _detector_name(image_set, options)
     check_chessboard(image_set)
     where, target = image_set.description, cast(Chessboard, image_set.target)
-    if isinstance(target, Charuco) and options.detector:
+    if type(target) in TARGET_DETECTORS and options.detector:
         raise InputError(
-            f"{where}: target.kind: charuco boards have their own detector; remove "
+            f"{where}: target.kind: {detector} has its own detector; remove "
             f"--detector {options.detector}"
         )
     if detector in SIZE_DETECTORS and target.columns is None:
@@ -280,6 +296,6 @@ def detected(
 
 def _detector_name(image_set: ImageSet, options: SimpleNamespace) -> str:
     """Return the detector of --detector or of the set's target."""
-    if isinstance(image_set.target, Charuco):
-        return charuco.CHARUCO
+    if type(image_set.target) in TARGET_DETECTORS:
+        return TARGET_DETECTORS[type(image_set.target)][0]
     return options.detector or DEFAULT_DETECTOR

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.features.april_grid import find_april_grid
 from raxel.features.celect.algorithm import find_celect
 from raxel.features.charuco import (
     charuco_reason,
@@ -19,14 +20,17 @@ from raxel.features.charuco import (
     with_marker_hint,
 )
 from raxel.features.chessboard.board import find_board
+from raxel.features.circle_grid import find_circle_grid
 from raxel.features.detector import Detection, find_opencv, find_opencv_sb, rejected
 from raxel.features.lattice import order_of_clicks
 from raxel.io.documents import one_line, shown
 from raxel.io.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import (
+    AprilGrid,
     Charuco,
     Chessboard,
+    CircleGrid,
     ImageSet,
     View,
     plain_sd,
@@ -36,6 +40,12 @@ from raxel.sets.model import (
 DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "raxel"
 CLICK_DETECTORS = {"celect": find_celect}
+# Targets with their own detector: its name in corners files and results.
+TARGET_DETECTORS = {
+    Charuco: ("charuco", find_charuco),
+    AprilGrid: ("aprilgrid", find_april_grid),
+    CircleGrid: ("circles", find_circle_grid),
+}
 # Larger than any image, and exact as a float.
 MAX_COORDINATE_PX = 1e9
 
@@ -63,7 +73,7 @@ def check_chessboard(image_set):
     if not isinstance(image_set.target, Chessboard):
         raise InputError(
             f"{image_set.description}: target.kind: found active_grid, but a "
-            "chessboard is required; use raxel decode for active grids"
+            "board is required; use raxel decode for active grids"
         )
 
 
@@ -76,8 +86,8 @@ def detect_boards(
     """Detect the board in each view of an image set.
 
     All images are read before the first is searched, so that a faulty one is reported
-    at once. The corners of a ChArUco board are identified by its markers, for any
-    detector.
+    at once. A ChArUco board, an AprilTag grid and a grid of circles have their own
+    detectors, whatever `detector` is.
 
     Parameters
     ----------
@@ -119,7 +129,7 @@ def marker_warning(image_set, boards):
     One image is tested, the first that shows a board.
     """
     found = [board.view for board in boards if board.detection.found]
-    if isinstance(image_set.target, Charuco) or not found:
+    if type(image_set.target) in TARGET_DETECTORS or not found:
         return ""
     markers = find_markers(read_image(image_set, found[0]))
     if markers is None:
@@ -233,8 +243,9 @@ def _partial(partial):
 def _finder(image_set, view, detector):
     """The detector as a callable (image, columns, rows), with the view's clicks."""
     target = image_set.target
-    if isinstance(target, Charuco):
-        return lambda image, columns, rows: find_charuco(image, target)
+    if type(target) in TARGET_DETECTORS:
+        find = TARGET_DETECTORS[type(target)][1]
+        return lambda image, columns, rows: find(image, target)
     if detector in DETECTORS:
         return DETECTORS[detector]
 
@@ -265,7 +276,7 @@ def _detect(image_set, view, detector):
             "smaller images"
         ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
-    hinted = detector is find_board or isinstance(target, Charuco)
+    hinted = detector is find_board or type(target) in TARGET_DETECTORS
     if not detection.found and not hinted:
         detection = with_marker_hint(detection, image)
     if detection.found and view.outer_corners is not None:

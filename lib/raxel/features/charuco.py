@@ -15,10 +15,9 @@ import numpy as np
 from raxel.features.chessboard.grids import Grid, mask_corners, patches_of, refine_grid
 from raxel.features.chessboard.saddles import levels_of, noise_sd, sharp_level
 from raxel.features.chessboard.verdict import uncertain_corners
-from raxel.features.circles import is_circle_grid, resized
+from raxel.features.circles import circle_lattice, resized
 from raxel.features.detector import Detection, as_8_bit, rejected
 
-CHARUCO = "charuco"  # as corners files and results name this detector
 # A pose has six parameters; fewer corners do not verify a detection.
 MIN_N_CORNERS = 6
 # So many numbers beyond those of a board are not chance.
@@ -39,12 +38,13 @@ def find_charuco(image, target):
     grey = as_8_bit(image)
     points, sd, count = _corners(grey, target)
     if not _sufficient(sd):
-        reason = _explanation(grey, target) or (
+        reason = (
             f"{count} of {target.marker_count} markers of {target.dictionary} and "
             f"{np.isfinite(sd).sum()} corners detected, {MIN_N_CORNERS} in two rows "
             "and columns required; check dictionary, columns, rows and legacy"
         )
-        return rejected(target.columns, target.rows, reason)
+        detection = rejected(target.columns, target.rows, reason)
+        return with_other_target(detection, _explanation(grey, target))
     return Detection(
         True, points.reshape(-1, 2), target.columns, target.rows, sd=sd.ravel()
     )
@@ -81,7 +81,7 @@ def _explanation(grey, target):
             f"to {numbers.max()}, but one of {target.columns} x {target.rows} corners "
             f"has 0 to {target.marker_count - 1}; check columns and rows"
         )
-    own, shown = (_dictionary(one).bytesList for one in (target.dictionary, name))
+    own, shown = (dictionary_of(one).bytesList for one in (target.dictionary, name))
     contained = np.array_equal(own[: len(shown)], shown)
     first = {} if contained else {"dictionary": name}
     # Without its last markers, a board may have fewer rows than that.
@@ -123,7 +123,7 @@ def _detect_markers(grey, target):
 
     squares = target.columns + 1, target.rows + 1
     board = cv2.aruco.CharucoBoard(
-        squares, target.pitch_mm, target.marker_mm, _dictionary(target.dictionary)
+        squares, target.pitch_mm, target.marker_mm, dictionary_of(target.dictionary)
     )
     board.setLegacyPattern(target.legacy)
     at, numbers, markers, _ = cv2.aruco.CharucoDetector(board).detectBoard(grey)
@@ -134,7 +134,8 @@ def _detect_markers(grey, target):
     return _MarkerDetection(points.reshape(target.rows, target.columns, 2), markers)
 
 
-def _dictionary(name):
+def dictionary_of(name):
+    """The dictionary of OpenCV with this name, without DICT_."""
     import cv2
 
     return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
@@ -214,7 +215,10 @@ MAX_N_CHANCE_MARKERS, CHANCE_WEIGHT = 3, 3
 N_PIXELS = 2e6
 # Offset of the next marker in sides of a marker: a ChArUco board has it diagonally.
 MAX_NEXT_SIDES, MAX_NEXT_SLOPE = 2.0, 0.5
-UNSUPPORTED = "{}, which raxel does not read; use a chessboard or ChArUco board"
+UNSUPPORTED = (
+    "{}, which raxel does not read; use a chessboard, a ChArUco board, or an AprilTag "
+    "or square circle grid"
+)
 
 
 class Markers(NamedTuple):
@@ -240,6 +244,11 @@ class Markers(NamedTuple):
         next_ = (long < MAX_NEXT_SIDES) & (short < MAX_NEXT_SLOPE * long)
         return next_.mean() > 0.5
 
+    @property
+    def is_tag_grid(self):
+        """Whether they are AprilTags in every cell."""
+        return "APRILTAG" in self.dictionary and self.in_every_cell
+
 
 def find_markers(image):
     """Markers of ArUco or AprilTag in an image of any target, or None.
@@ -262,7 +271,10 @@ def find_markers(image):
         for name in DICTIONARIES:
             known = _codes(name)
             found = {known[code]: one for code, one in codes if code in known}
-            n_bytes, n_bits = len(next(iter(known))), _dictionary(name).markerSize ** 2
+            n_bytes, n_bits = (
+                len(next(iter(known))),
+                dictionary_of(name).markerSize ** 2,
+            )
             chance = lengths[n_bytes] * len(known) / 2**n_bits
             # Boards have a dictionary's first markers, and some are those of a mirror.
             score = len(found) - CHANCE_WEIGHT * chance, -max(found, default=0)
@@ -275,7 +287,7 @@ def find_markers(image):
 @functools.cache
 def _codes(name):
     """{code of a marker in bytes, in each of its four rotations: its number}."""
-    rows = enumerate(_dictionary(name).bytesList)
+    rows = enumerate(dictionary_of(name).bytesList)
     return {one.tobytes(): k for k, row in rows for one in row.reshape(4, -1)}
 
 
@@ -305,18 +317,48 @@ def with_marker_hint(detection, image):
     if markers and not reason:
         use = f"{charuco_reason(markers)}, use target.kind: charuco"
         reason = f"{use}. As a chessboard: {detection.reason}"
-    return detection._replace(reason=reason or detection.reason)
+    return with_other_target(detection, reason)
+
+
+def with_other_target(detection, reason):
+    """A rejected Detection that names the target of the image; unchanged for ''."""
+    return detection._replace(reason=reason, other_target=True) if reason else detection
 
 
 def other_target(grey, markers):
-    """The rejection of a target that raxel does not read, or ''."""
-    if markers is None and is_circle_grid(grey):
-        return UNSUPPORTED.format("this looks like a grid of circles")
-    if markers is None or not markers.in_every_cell:
-        return ""
-    kind = "AprilTag" if "APRILTAG" in markers.dictionary else "ArUco"
+    """The rejection of an image with tags in every cell or a grid of circles, or ''."""
+    if markers is None:
+        circles = circle_lattice(grey)
+        if circles is None:
+            return ""
+        if circles.hexagonal:
+            return UNSUPPORTED.format("this looks like a hexagonal grid of circles")
+        count = len(circles.centres)
+        return f"this looks like a grid of {count} circles; set target.kind: circles"
     count = f"{len(markers.numbers)} markers of {markers.dictionary}"
-    return UNSUPPORTED.format(f"this is an {kind} grid ({count})")
+    if markers.is_tag_grid:
+        length = row_length(markers.numbers, markers.outlines)
+        shown = f"this is an AprilTag grid ({count}, {length} in a row)"
+        return f"{shown}; set target.kind: aprilgrid"
+    if markers.in_every_cell:
+        return UNSUPPORTED.format(f"this is an ArUco grid ({count})")
+    return ""
+
+
+def row_length(numbers, outlines):
+    """Number of tags in a row of a grid, by numbers (N,) and outlines (N, 4, 2).
+
+    Numbers count along rows from 0. With the right length, an affine map from column
+    and row to the image fits best.
+    """
+    centres = outlines.mean(axis=1)
+
+    def misfit(length):
+        design = np.column_stack([*np.divmod(numbers, length), np.ones(len(numbers))])
+        fitted = design @ np.linalg.lstsq(design, centres)[0]
+        return np.sum((centres - fitted) ** 2)
+
+    return min(range(2, numbers.max() + 2), key=misfit)
 
 
 def charuco_reason(markers):

@@ -1,4 +1,6 @@
-"""Does an image of another target show a grid of circles?"""
+"""Grids of circles in an image of any target."""
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,16 +21,35 @@ MIN_N_INNER, MIN_INNER_FRACTION, N_NEIGHBOURS = 4, 0.2, 8
 PAIR_TOL, MIN_SINE, MIN_GROUND_FRACTION = 0.2, 0.3, 2 / 3
 
 
-def is_circle_grid(grey):
-    """Whether an image (height, width) uint8 shows a lattice of separate discs.
+class CircleLattice(NamedTuple):
+    """Discs of a lattice.
+
+    centres: (N, 2) px of all discs; dark: whether they are darker than the ground;
+    hexagonal: whether an equilateral triangle is less distorted than a square.
+    """
+
+    centres: np.ndarray
+    dark: bool
+    hexagonal: bool
+
+
+def circle_lattice(grey):
+    """The lattice of separate discs of an image (height, width) uint8, or None.
 
     They are dark or bright, in a square, staggered or hexagonal pattern. Squares of a
     blurred chessboard are not discs: their edges have a fourfold symmetry.
     """
     import cv2
 
-    grey = cv2.GaussianBlur(resized(grey, N_PIXELS), (3, 3), 0)
-    return any(_has_lattice(image, _discs(image)) for image in (grey, 255 - grey))
+    small = cv2.GaussianBlur(resized(grey, N_PIXELS), (3, 3), 0)
+    scale = np.divide(grey.shape, small.shape)[::-1]
+    for image in (small, 255 - small):
+        centres = _discs(image)
+        cells = _cells(image, centres)
+        if cells is not None:
+            centres = (centres + 0.5) * scale - 0.5
+            return CircleLattice(centres, image is small, _is_hexagonal(cells))
+    return None
 
 
 def resized(grey, n_pixels):
@@ -69,10 +90,13 @@ def _disc_centre(edge, moments):
     return centre if fourfold < MAX_FOURFOLD else None
 
 
-def _has_lattice(grey, centres):
-    """Whether enough dark discs have opposite neighbours with ground between them."""
+def _cells(grey, centres):
+    """Offsets (M, 2, 2) px of two neighbours of the inner discs of a lattice, or None.
+
+    Enough dark discs have opposite neighbours with ground between them.
+    """
     if len(centres) <= N_NEIGHBOURS:
-        return False
+        return None
     nearest = cKDTree(centres).query(centres, k=N_NEIGHBOURS + 1)[1]
     offsets = centres[nearest] - centres[:, None]
     u, v = np.rint(centres[:, None] + offsets / 2).astype(int).T
@@ -81,9 +105,28 @@ def _has_lattice(grey, centres):
     offsets = offsets[:, 1:]
     length = np.linalg.norm(offsets, axis=2, keepdims=True)
     sums = np.linalg.norm(offsets[:, :, None] + offsets[:, None], axis=3)
-    paired = np.where((sums < PAIR_TOL * length).any(axis=2)[..., None], 1 / length, 0)
-    scatter = np.einsum("nki,nkj->nij", offsets * paired, offsets * paired)
-    # Four times this is the squared sine of the angle between two pairs.
-    spread = np.linalg.det(scatter) / np.maximum(np.trace(scatter.T), 1) ** 2
-    inner = (ground > MIN_GROUND_FRACTION) & (spread > MIN_SINE**2 / 4)
-    return inner.sum() >= max(MIN_N_INNER, MIN_INNER_FRACTION * len(centres))
+    paired = (sums < PAIR_TOL * length).any(axis=2)
+    first = offsets[range(len(centres)), paired.argmax(axis=1)]
+    area = first[:, None, 0] * offsets[..., 1] - first[:, None, 1] * offsets[..., 0]
+    across = (
+        np.abs(area)
+        > MIN_SINE * length[..., 0] * np.linalg.norm(first, axis=1)[:, None]
+    )
+    second = offsets[range(len(centres)), (paired & across).argmax(axis=1)]
+    inner = (ground > MIN_GROUND_FRACTION) & (paired & across).any(axis=1)
+    if inner.sum() < max(MIN_N_INNER, MIN_INNER_FRACTION * len(centres)):
+        return None
+    return np.stack([first, second], axis=1)[inner]
+
+
+def _is_hexagonal(cells):
+    """Whether cells (M, 2, 2) px are triangles with equal sides rather than squares.
+
+    A view in perspective distorts both. The pattern is that with the smaller ratio of
+    singular values of the map from it to the image.
+    """
+    acute = np.sign(np.sum(cells[:, 0] * cells[:, 1], axis=1))[:, None]
+    cells = np.stack([cells[:, 0], cells[:, 1] * np.where(acute, acute, 1)], axis=1)
+    triangle = np.linalg.inv([[1, 0], [0.5, np.sqrt(0.75)]])
+    square, hexagon = (np.median(np.linalg.cond(m)) for m in (cells, triangle @ cells))
+    return bool(hexagon < square)

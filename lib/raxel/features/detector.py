@@ -92,6 +92,8 @@ class Detection(NamedTuple):
     complete : tuple
         Sizes (columns, rows) of the detected boards, where several are a reason to
         reject.
+    other_target : bool
+        Whether `reason` names another target that the image shows.
     """
 
     found: bool
@@ -102,6 +104,7 @@ class Detection(NamedTuple):
     sd: np.ndarray | None = None
     partial: Partial | None = None
     complete: tuple = ()
+    other_target: bool = False
 
     @property
     def missing(self) -> int:

@@ -7,8 +7,10 @@ from .mirror_set import MirrorSet as MirrorSet
 from .mirror_set import is_mirror_set as is_mirror_set
 from .mirror_set import load_mirror_set as load_mirror_set
 from .model import ActiveGrid as ActiveGrid
+from .model import AprilGrid as AprilGrid
 from .model import Charuco as Charuco
 from .model import Chessboard as Chessboard
+from .model import CircleGrid as CircleGrid
 from .model import ImageSet as ImageSet
 from .model import Pattern as Pattern
 from .model import View as View

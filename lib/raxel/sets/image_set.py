@@ -17,8 +17,10 @@ from raxel.sets.image_files import stored_size
 from raxel.sets.model import (
     DESCRIPTION,
     ActiveGrid,
+    AprilGrid,
     Charuco,
     Chessboard,
+    CircleGrid,
     ImageSet,
     MonitorChessboard,
     Motion,
@@ -39,6 +41,9 @@ DICTIONARY_SIZES = {
     "APRILTAG_25h9": 35,
     "APRILTAG_36h10": 2320,
     "APRILTAG_36h11": 587,
+}
+TAG_COUNTS = {
+    name.removeprefix("APRILTAG_"): size for name, size in DICTIONARY_SIZES.items()
 }
 
 
@@ -64,6 +69,8 @@ def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
         yield ("target", unknown), fault
     if isinstance(target, Charuco):
         yield from _marker_faults(target)
+    if isinstance(target, AprilGrid):
+        yield from _tag_faults(target)
     if isinstance(target, ActiveGrid):
         yield from _monitor_chessboard_faults(image_set)
     yield from _repeated_labels(image_set.views)
@@ -93,6 +100,18 @@ def _marker_faults(target):
         fault = f"{target.dictionary} has {size} markers for {target.marker_count}"
         advice = "correct dictionary, or columns and rows"
         yield ("target", "dictionary"), f"{fault} white squares; {advice}"
+
+
+def _tag_faults(target):
+    if target.tag_mm >= target.pitch_mm:
+        sizes = f"{target.tag_mm:g} mm is not below pitch_mm {target.pitch_mm:g} mm"
+        fault = f"{sizes}; Kalibr's pitch is tagSize * (1 + tagSpacing)"
+        yield ("target", "tag_mm"), fault
+    columns, rows = target.tags
+    last, size = target.first_id + columns * rows - 1, TAG_COUNTS[target.family]
+    if last >= size:
+        fault = f"the last tag is {last}, but {target.family} has {size}"
+        yield ("target", "first_id"), f"{fault}; correct it, or columns and rows"
 
 
 def _monitor_chessboard_faults(image_set):
@@ -389,6 +408,16 @@ def _target(data):
             return Chessboard(*board)
         markers = data["dictionary"], float(data["marker_mm"])
         return Charuco(*board, *markers, data.get("legacy", False))
+    if data["kind"] == "aprilgrid":
+        counts = [2 * int(data[key]) for key in ("columns", "rows")]
+        lengths = [float(data[key]) for key in ("pitch_mm", "tag_mm")]
+        family, first = data.get("family", "36h11"), int(data.get("first_id", 0))
+        return AprilGrid(*counts, *lengths, family, first)
+    if data["kind"] == "circles":
+        counts = [int(data[key]) for key in ("columns", "rows")]
+        return CircleGrid(
+            *counts, _float(data.get("pitch_mm")), data.get("staggered", False)
+        )
     size_mm, board = data.get("monitor_mm"), data.get("chessboard")
     return ActiveGrid(
         tuple(map(int, data["monitor_px"])),
@@ -455,9 +484,16 @@ def _plain(image_set):
 
 
 def _plain_target(target):
+    if isinstance(target, AprilGrid):
+        columns, rows = map(int, target.tags)
+        lengths = {"pitch_mm": float(target.pitch_mm), "tag_mm": float(target.tag_mm)}
+        tags = {"family": target.family, "first_id": int(target.first_id)}
+        return {"kind": "aprilgrid", "columns": columns, "rows": rows} | lengths | tags
     if isinstance(target, Chessboard):
         counts = {"columns": _integer(target.columns), "rows": _integer(target.rows)}
         board = {**counts, "pitch_mm": _float(target.pitch_mm)}
+        if isinstance(target, CircleGrid):
+            return {"kind": "circles", **board, "staggered": bool(target.staggered)}
         if not isinstance(target, Charuco):
             return {"kind": "chessboard", **board}
         markers = {"dictionary": target.dictionary, "marker_mm": target.marker_mm}

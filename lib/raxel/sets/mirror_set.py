@@ -14,7 +14,7 @@ from pathlib import Path, PureWindowsPath
 from raxel.errors import InputError
 from raxel.io.documents import field_name, one_line, read_yaml, validate
 from raxel.sets.image_set import load_set
-from raxel.sets.model import ActiveGrid, ImageSet
+from raxel.sets.model import ActiveGrid, Charuco, Chessboard, ImageSet
 
 DESCRIPTION = "mirror.yaml"
 SCHEMA = Path(__file__).with_name("mirror_set.schema.json")
@@ -277,8 +277,9 @@ def _target_faults(mirror_set):
         target = image_set.target
         if grid and not isinstance(target, ActiveGrid):
             yield (field,), "target is a board; give an image set of an active grid"
-        elif not grid and isinstance(target, ActiveGrid):
-            yield (field,), "target is an active grid; give an image set of a board"
+        elif not grid and type(target) not in (Chessboard, Charuco):
+            fault = "target is no chessboard or ChArUco board; give an image set of one"
+            yield (field,), fault
         elif target.unit != "mm":
             unknown = "monitor_mm" if grid else "pitch_mm"
             yield (field,), f"target.{unknown} is null; give the measured value in mm"

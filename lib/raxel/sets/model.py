@@ -108,6 +108,84 @@ class Charuco(Chessboard):
 
 
 @dataclass(frozen=True)
+class AprilGrid(Chessboard):
+    """Describe a grid of AprilTags with black squares at their corners, as of Kalibr.
+
+    The lattice is that of the corners of the tags, row by row from the upper left one.
+    The numbers of tags count from `first_id` at the lower left tag along its row, then
+    upwards.
+
+    Attributes
+    ----------
+    columns, rows : int
+        Numbers of corners along each direction: twice those of tags.
+    pitch_mm : float
+        Distance between the same corner of neighbouring tags, mm.
+    tag_mm : float
+        Side of a tag with its black border, mm.
+    family : str
+        Family of the tags: 16h5, 25h9, 36h10 or 36h11.
+    first_id : int
+        Number of the lower left tag.
+
+    Examples
+    --------
+    >>> from raxel.sets import AprilGrid
+    >>> AprilGrid(columns=4, rows=2, pitch_mm=13.0, tag_mm=10.0).points()[:, 0].tolist()
+    [0.0, 10.0, 13.0, 23.0, 0.0, 10.0, 13.0, 23.0]
+    """
+
+    tag_mm: float = 0.0
+    family: str = "36h11"
+    first_id: int = 0
+
+    @property
+    def tags(self) -> tuple[int, int]:
+        """Return the numbers of tags along a row and a column."""
+        return self.columns // 2, self.rows // 2  # type: ignore[operator]
+
+    def points(
+        self, columns: int | None = None, rows: int | None = None
+    ) -> NDArray[np.float64]:
+        """Return the corners of the tags in mm, as `Chessboard.points`."""
+        cell, part = np.divmod(Chessboard(self.columns, self.rows).points(), 2)
+        return cell * float(self.pitch_mm or 1) + part * self.tag_mm
+
+
+@dataclass(frozen=True)
+class CircleGrid(Chessboard):
+    """Describe a grid of circles.
+
+    Attributes
+    ----------
+    columns, rows : int
+        Numbers of circles along each direction.
+    pitch_mm : float or None
+        Distance between neighbouring rows, mm; None where unknown.
+    staggered : bool
+        Whether circles of a row are two pitches apart, and every second row is shifted
+        by one pitch: OpenCV's asymmetric grid.
+
+    Examples
+    --------
+    >>> from raxel.sets import CircleGrid
+    >>> CircleGrid(2, 2, 10.0, staggered=True).points().tolist()
+    [[0.0, 0.0], [20.0, 0.0], [10.0, 10.0], [30.0, 10.0]]
+    """
+
+    staggered: bool = False
+
+    def points(
+        self, columns: int | None = None, rows: int | None = None
+    ) -> NDArray[np.float64]:
+        """Return the centres of the circles, as `Chessboard.points`."""
+        x, y = Chessboard(self.columns, self.rows).points(columns, rows).T
+        if self.staggered:
+            x = 2 * x + y % 2
+        return np.column_stack([x, y]) * float(self.pitch_mm or 1)
+
+
+@dataclass(frozen=True)
 class MonitorChessboard:
     """Describe a chessboard that a monitor shows in place of its patterns.
 
@@ -486,6 +564,13 @@ BOARDS = Words(
     "images",
     "check target.columns and target.rows, or try another --detector",
 )
+MARKED_BOARDS = BOARDS._replace(
+    check="check target.dictionary, columns, rows and legacy"
+)
+TAG_GRIDS = BOARDS._replace(check="check target.family, columns, rows and first_id")
+CIRCLE_GRIDS = BOARDS._replace(
+    point="circle", check="check target.columns, rows and staggered"
+)
 GRIDS = Words(
     "grid",
     "point",
@@ -494,7 +579,15 @@ GRIDS = Words(
     "check exposure and order of the images (raxel decode plots the positions)",
 )
 
+WORDS = {
+    ActiveGrid: GRIDS,
+    Charuco: MARKED_BOARDS,
+    AprilGrid: TAG_GRIDS,
+    CircleGrid: CIRCLE_GRIDS,
+    Chessboard: BOARDS,
+}
+
 
 def words_of(target: Chessboard | ActiveGrid) -> Words:
     """Return the Words for a target of an image set."""
-    return GRIDS if isinstance(target, ActiveGrid) else BOARDS
+    return WORDS[type(target)]

@@ -26,7 +26,7 @@ from raxel.geometry.poses import transform
 from raxel.io.files import read_json
 from raxel.lab.rig import Rig
 from raxel.lab.set_rendering import POSES
-from raxel.sets.model import ActiveGrid, Chessboard
+from raxel.sets.model import ActiveGrid, AprilGrid, Chessboard, CircleGrid
 from raxel.show.scene import (
     Arrows,
     Labels,
@@ -615,6 +615,14 @@ def _quick_camera(image_set, views):
         ) from fault
 
 
+def _squares(target, view):
+    """A chessboard with about the extent of a target, to draw it."""
+    if isinstance(target, AprilGrid):
+        return Chessboard(view.columns, view.rows, target.pitch_mm / 2)
+    staggered = isinstance(target, CircleGrid) and target.staggered
+    return Chessboard(view.columns * (1 + staggered), view.rows, target.pitch_mm)
+
+
 def _posed_scene(image_set, camera, views, how):
     scores = evaluate_camera(camera, views)
     posed = [
@@ -628,7 +636,6 @@ def _posed_scene(image_set, camera, views, how):
             f"camera ({scores.images[0].reason}); is it the camera of this set?"
         )
     uses = {view.label: view.use for view in image_set.views}
-    pitch = image_set.target.pitch_mm
     note = (
         f"{image_set.name}: {len(posed)} of {len(image_set.views)} boards; {how}. "
         f"Median distance of corners from where this puts them: {scores.median_px:.2g} "
@@ -638,7 +645,7 @@ def _posed_scene(image_set, camera, views, how):
         note += " The error is large: these poses are unreliable."
     return posed_targets(
         camera,
-        [Chessboard(view.columns, view.rows, pitch) for _, view in posed],
+        [_squares(image_set.target, view) for _, view in posed],
         np.stack([score.T_camera_grid for score, _ in posed]),
         [uses[view.name] for _, view in posed],
         note,

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features.circles import is_circle_grid
+from raxel.features.circles import circle_lattice
 from tests.charuco_boards import TILTS_DEG, board_image
 
 SQUARE_GRID = [(60 * x, 60 * y) for y in range(6) for x in range(8)]
@@ -34,7 +34,7 @@ def square(print_, centre):
 def test_circle_grid_is_named(centres, inverse):
     print_ = sheet(centres, disc)
     image, _ = board_image(TILTS_DEG[0], print_=255 - print_ if inverse else print_)
-    assert is_circle_grid(image)
+    assert circle_lattice(image) is not None
 
 
 @pytest.mark.parametrize("blur", [0.5, 2, 4, 8])
@@ -42,4 +42,4 @@ def test_blurred_squares_are_not_circles(blur):
     """Ink or light leaves gaps between the dark squares of a board."""
     board = [(56 * x, 56 * y) for y in range(6) for x in range(8) if (x + y) % 2]
     image, _ = board_image(TILTS_DEG[0], print_=sheet(board, square))
-    assert not is_circle_grid(cv2.GaussianBlur(image, (0, 0), blur))
+    assert circle_lattice(cv2.GaussianBlur(image, (0, 0), blur)) is None

@@ -110,6 +110,7 @@ MAX_CELL_BEND_PX = 0.015  # of a cell of the finer lattice
 MAX_SUBDIVISION = 16  # cells of the finer lattice per cell, per axis
 MIN_CORNER_SD_PX = 1e-3  # highest accuracy of a corner
 MAX_N_TERMS = 120  # of a polynomial through corners
+EVEN_TOL = 1e-6  # differences of steps over the size of the board
 MIN_WEIGHT_RATIO = 0.02  # smallest over largest perspective weight
 
 
@@ -119,7 +120,8 @@ def interpolated_view(
     """Return the view whose cells follow the board by an interpolation, and its name.
 
     Cells that lack a corner, are not convex, or in which the surface folds are
-    excluded. A DenseView needs no interpolation: it is returned as it is, with "none".
+    excluded. A board without even spacing stays "homographic". A DenseView needs no
+    interpolation: it is returned as it is, with "none".
 
     Parameters
     ----------
@@ -148,12 +150,23 @@ def interpolated_view(
     view = check_view(view)
     if view.every_pixel:
         return view, "none"
-    if interpolation == "homographic" or not cell_turns(view).any():
+    smooth = interpolation != "homographic" and _is_even(view)
+    if not smooth or not cell_turns(view).any():
         return view, "homographic"
     differences = _differences(view)
     if interpolation == "by need" and not _bends(view, differences):
         return view, "homographic"
     return _finer(view, np.abs(differences).max()), "smooth"
+
+
+def _is_even(view):
+    """Whether rows and columns are evenly spaced, as the smooth surface assumes.
+
+    Corners of AprilTags and staggered circles are not.
+    """
+    lattice = view.points.reshape(view.rows, view.columns, 2)
+    second = [np.abs(np.diff(lattice, 2, axis=k)).max(initial=0) for k in (0, 1)]
+    return max(second) < EVEN_TOL * np.ptp(lattice)
 
 
 def _bends(view, differences):

@@ -524,11 +524,11 @@ def localise_in_windows(patches, level, effort):
         similar = other.misfit < SIMILAR_MISFIT_RATIO * best.misfit[retried]
         clearer = other.misfit < CLEARER_MISFIT_RATIO * best.misfit[retried]
         better = ~best.good[retried] | (sharper & similar) | clearer
-        _replace_rows(best, other, retried, other.good & better)
+        replace_rows(best, other, retried, other.good & better)
     return best
 
 
-def _replace_rows(best, other, rows, better):
+def replace_rows(best, other, rows, better):
     """Copy the better ones of `other` into the rows `rows` of `best`."""
     for mine, theirs in zip(best, other, strict=True):
         mine[rows[better]] = theirs[better]

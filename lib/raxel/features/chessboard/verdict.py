@@ -68,7 +68,7 @@ def shape_fault(grid, level):
     if min(known.shape) < MIN_N_SIDE_CORNERS or known.mean() < MIN_KNOWN_FRACTION:
         return ""
     if abs(bulge_of(grid, level)) > MAX_BULGE_SQUARES:
-        return "its cells are round, as in a grid of circles; use a chessboard"
+        return "its cells are round; set target.kind: circles for a grid of circles"
     if other_tone(grid, level) > MAX_OTHER_TONE_FRACTION:
         return (
             "its cells are not of one tone; use a plain chessboard, or "
