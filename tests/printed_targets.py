@@ -4,7 +4,6 @@ from functools import cache
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from raxel.sets import AprilGrid
 
@@ -13,7 +12,7 @@ DISTORTION = np.array([-0.15, 0, 0, 0, 0])
 K = np.array([[FOCAL, 0, 322.0], [0, FOCAL, 236.0], [0, 0, 1]])
 PARTS = 3  # of a pixel along each axis
 # Of prints; the sides of cells are whole numbers of px.
-PRINT_SCALE, MARGIN = 10, 30  # px per mm, mm
+PRINT_SCALE, MARGIN = 4, 30  # px per mm, mm
 POSES = ((30, 0, 5), (-25, 20, -8), (5, -35, 90), (25, 25, 186), (-32, -10, 20))
 POSES += ((0, 32, -15), (15, -20, 40), (-15, -28, 3))
 
@@ -23,15 +22,21 @@ def print_of(target, border=2):
     """The print (uint8) of a target, PRINT_SCALE px per mm, from (-MARGIN, -MARGIN)."""
     size = PRINT_SCALE * (target.points().max(axis=0) + 2 * MARGIN)
     x, y = ((np.arange(n) + 0.5) / PRINT_SCALE - MARGIN for n in size)
-    black = _is_ink(target, *np.meshgrid(x, y), border)
-    return np.where(black, 40, 200).astype(np.uint8)
+    x, y = np.meshgrid(x, y)
+    if isinstance(target, AprilGrid):
+        return np.where(_is_tag_ink(target, x, y, border), 40, 200).astype(np.uint8)
+    ink, reach = np.zeros(x.shape), int(PRINT_SCALE * target.pitch_mm / 2)
+    for column, row in np.rint(PRINT_SCALE * (target.points() + MARGIN)).astype(int):
+        near = np.s_[row - reach : row + reach, column - reach : column + reach]
+        centre = np.array([column, row]) / PRINT_SCALE - MARGIN
+        away = np.hypot(x[near] - centre[0], y[near] - centre[1])
+        beyond = 0.32 * target.pitch_mm - away
+        ink[near] += np.clip(0.5 + PRINT_SCALE * beyond, 0, 1)
+    return np.rint(200 - 160 * ink).astype(np.uint8)
 
 
-def _is_ink(target, x, y, border):
-    """Whether a target is black at points (x, y) of its `points()` frame."""
-    if not isinstance(target, AprilGrid):
-        away = cKDTree(target.points()).query(np.stack([x, y], axis=-1))[0]
-        return away < 0.32 * target.pitch_mm
+def _is_tag_ink(target, x, y, border):
+    """Whether a grid of tags is black at points (x, y) of its `points()` frame."""
     (column, u), (row, v) = (np.divmod(a, target.pitch_mm) for a in (x, y))
     (columns, rows), tag = target.tags, target.tag_mm
     name = f"DICT_APRILTAG_{target.family}"

@@ -113,10 +113,7 @@ FAULTS = {
         setting("target", "rows", to=None),
         r"target\.rows: null, but the other count is known",
     ),
-    "another target": (
-        setting("target", "kind", to="circles"),
-        r"target\.kind: .*'circles'",
-    ),
+    "another target": (setting("target", "kind", to="dots"), r"target\.kind: .*'dots'"),
     "another use": (
         setting("views", 0, "use", to="test"),
         r"views\[0\]\.use: found 'test'",

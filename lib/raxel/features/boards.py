@@ -14,6 +14,7 @@ from raxel.errors import InputError
 from raxel.features.april_grid import find_april_grid
 from raxel.features.celect.algorithm import find_celect
 from raxel.features.charuco import (
+    CHARUCO,
     charuco_reason,
     find_charuco,
     find_markers,
@@ -42,7 +43,7 @@ DEFAULT_DETECTOR = "raxel"
 CLICK_DETECTORS = {"celect": find_celect}
 # Targets with their own detector: its name in corners files and results.
 TARGET_DETECTORS = {
-    Charuco: ("charuco", find_charuco),
+    Charuco: (CHARUCO, find_charuco),
     AprilGrid: ("aprilgrid", find_april_grid),
     CircleGrid: ("circles", find_circle_grid),
 }

@@ -18,6 +18,7 @@ from raxel.features.chessboard.verdict import uncertain_corners
 from raxel.features.circles import circle_lattice, resized
 from raxel.features.detector import Detection, as_8_bit, rejected
 
+CHARUCO = "charuco"  # as corners files and results name this detector
 # A pose has six parameters; fewer corners do not verify a detection.
 MIN_N_CORNERS = 6
 # So many numbers beyond those of a board are not chance.

@@ -1,9 +1,8 @@
 """Grids of circles: OpenCV orders the discs, this library localises their centres.
 
-The grey levels of a disc have their centroid at the centre of its image, an ellipse. In
-perspective this is not the image of the disc's centre. The difference follows from the
-homography around the disc and from its radius, and is subtracted. Distortion of the
-lens within a disc is not.
+The centroid of the grey levels of a disc is not the image of its centre, in perspective
+and under distortion of the lens. The difference follows from the positions of the
+circles around it and from its radius, to second order, and is subtracted.
 """
 
 import json
@@ -140,10 +139,13 @@ def _localise(grey, centres, target):
     tree = cKDTree(points)
     near = tree.query(points, k=N_AROUND)[1]
     half = tree.query(points[0], k=2)[0][1] / 2
-    maps = [homography_dlt(points[k] - points[k[0]], centres[k]) for k in near]
+    around = points[near] - points[:, None]
+    maps = [homography_dlt(*one) for one in zip(around, centres[near], strict=True)]
     found = np.array([_centroid(grey, H, half) for H in maps])
     centroid, variance, radius = found[:, :2], found[:, 2], np.nanmedian(found[:, 3])
-    shift = np.array([ellipse_centre(H, radius) - H[:2, 2] / H[2, 2] for H in maps])
+    known = np.where(np.isfinite(centroid), centroid, centres)
+    rest = known[near] - apply_homography(np.array(maps), around)
+    shift = [_shift(*one, radius) for one in zip(maps, around, rest, strict=True)]
     sd = np.hypot(noise_sd(grey) * np.sqrt(variance), SAMPLING_SD_PX)
     return centroid - shift, sd
 
@@ -176,11 +178,22 @@ def _centroid(grey, H, half):
     return *centroid, spread / weight.sum() ** 2, np.sqrt(area / (np.pi * scale))
 
 
-def ellipse_centre(H, radius):
-    """Centre (2,) px of the image of a circle of this radius around (0, 0).
+def _shift(H, around, rest, radius):
+    """The centroid of the image of a disc less the image of its centre, (2,) px.
 
-    The dual conic of the circle, diag(radius^2, radius^2, -1), maps to that of the
-    ellipse, whose last column is the pole of the line at infinity: the centre.
+    H: from the target to the image, (0, 0) at the disc; around, rest (N, 2): circles
+    around it and their distances px from those of H. The image of x is m + J x + x' Q
+    x / 2 to second order, and a part of the disc has an image 1 + g . x times as large
+    as at the centre, g_j = tr(J^-1 Q_j). The mean over the disc, where x x' is radius^2
+    / 4, is m + radius^2 (Q_xx + Q_yy) / 8 + radius^2 J g / 4.
     """
-    dual = H @ np.diag([radius**2, radius**2, -1]) @ H.T
-    return dual[:2, 2] / dual[2, 2]
+    H = H / H[2, 2]
+    J = H[:2, :2] - np.outer(H[:2, 2], H[2, :2])
+    Q = -np.einsum("ci,j->cij", J, H[2, :2])
+    x, y = around.T
+    terms = np.column_stack([np.ones(len(x)), x, y, x * x / 2, x * y, y * y / 2])
+    q = np.linalg.lstsq(terms, rest)[0]
+    Q = Q + Q.swapaxes(1, 2) + q[[[3, 4], [4, 5]]].transpose(2, 0, 1)
+    J = J + q[1:3].T
+    g = np.einsum("ic,cij->j", np.linalg.inv(J), Q)
+    return radius**2 * ((Q[:, 0, 0] + Q[:, 1, 1]) / 8 + J @ g / 4)

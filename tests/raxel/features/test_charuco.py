@@ -234,4 +234,4 @@ def test_april_tag_grid_is_named(border):
     )
     for reason in reasons:
         assert reason.startswith("this is an AprilTag grid (")
-        assert "markers of APRILTAG_36h11), which raxel does not read" in reason
+        assert "markers of APRILTAG_36h11, 5 in a row); set target.kind" in reason

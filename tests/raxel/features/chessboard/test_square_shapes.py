@@ -98,7 +98,7 @@ def test_circle_grid_is_rejected(radius, blur):
     image = discs(radius, blur)
     for one in (image, 255 - image):
         found = find_board(one)
-        assert "grid of circles" in found.reason
+        assert "target.kind: circles" in found.reason
         grid, level = lattice_of(one)
         assert abs(bulge_of(grid, level)) > 1.2 * MAX_BULGE_SQUARES
 
