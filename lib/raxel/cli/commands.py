@@ -171,9 +171,9 @@ def worded(read: Callable) -> Callable:
 
 
 def _board(text: str) -> Any:
-    from raxel.cli.sets import board_size
+    from raxel.cli.sets import board
 
-    return board_size(text)
+    return board(text)
 
 
 def _length(text: str) -> float:
@@ -211,23 +211,24 @@ FOLDER = (
     _option(
         "--board",
         worded(_board),
-        "SIZE",
-        "Board in a folder without set.yaml: interior corners along a row and a "
-        "column, as 9x6, or charuco:9x6:4X4_50 with the dictionary of its markers.  "
-        "[default: chessboard, the images determine the size]",
+        "BOARD",
+        "Board in a folder without set.yaml: a chessboard by its interior corners, as "
+        "9x6; charuco:9x6:4X4_50, with the dictionary of its markers; aprilgrid:6x6, "
+        "by tags; circles:9x7 or staggered:4x11, by circles; or a target file of "
+        "Kalibr (.yaml).  [default: chessboard, the images determine the size]",
     ),
     _option(
         "--pitch",
         worded(_length),
         "LENGTH",
-        "Side of a square, such as 25mm, 2.5cm or 1in.  [default: unknown; lengths are "
-        "then in sides of squares]",
+        "Side of a square, or distance of neighbouring tags or circles, such as 25mm, "
+        "2.5cm or 1in.  [default: unknown; lengths are then in this unit]",
     ),
     _option(
         "--marker",
         worded(_length),
         "LENGTH",
-        "Side of a marker of a ChArUco board.  [default: 3/4 of --pitch]",
+        "Side of a marker of a ChArUco board, or of a tag.",
     ),
     _option(
         "--images",
@@ -267,7 +268,8 @@ CORNERS = _option(
     "--corners",
     file_name,
     "FILE",
-    "Corners written by 'raxel corners --json'; detected if not given.",
+    "Corners written by 'raxel corners --json', mrgingham or mrcal (.vnl), or "
+    "cv2.FileStorage (.xml, .yml); detected if not given.",
 )
 POINTS = _option(
     "--points",

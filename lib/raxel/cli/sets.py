@@ -7,47 +7,60 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
 
 from raxel.cli.outputs import check_written
 from raxel.cli.terminal import Say
 from raxel.errors import InputError
 from raxel.features.boards import Board, SizeVote, read_boards, write_boards
+from raxel.features.corner_files import STORAGE_ENDINGS, corner_set
 from raxel.io.files import check_can_be_written, read_json
 from raxel.report import new_report
 from raxel.sets import (
+    AprilGrid,
     Charuco,
     Chessboard,
+    CircleGrid,
     ImageSet,
     folder_set,
-    is_mirror_set,
     load_set,
+    read_kalibr_target,
     write_set,
 )
 from raxel.sets.folder import UNKNOWN_BOARD, set_name
 from raxel.sets.frames import save_frames
 from raxel.sets.model import DESCRIPTION
 
-BOARD = re.compile(r"(?:charuco:)?(\d{1,4})x(\d{1,4})(?::(\w+))?")
+KINDS = "charuco", "aprilgrid", "circles", "staggered"
+BOARD = re.compile(rf"(?:({'|'.join(KINDS)}):)?(\d{{1,4}})x(\d{{1,4}})(?::(\w+))?")
+BOARD_EXAMPLES = (
+    "charuco:9x6:4X4_50, aprilgrid:6x6 (tags), circles:9x7, staggered:4x11 (circles)"
+)
+MARKERS = {Charuco: "marker_mm", AprilGrid: "tag_mm"}
 LENGTH = re.compile(r"([0-9.]+(?:e-?\d+)?) ?(mm|cm|m|in)?")
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
-MARKER_PER_PITCH = 0.75  # where --marker is not given; only messages depend on it
 CAMERA, RESULT, CORNERS, REPORT = "camera.npz", "camera.json", "corners.json", "report"
 FRAMES = "images"
 FOLDER_OPTIONS = "board", "pitch", "marker", "images"
 
 
-def board_size(text: str) -> Chessboard:
-    """Return the board of an option `9x6` or `charuco:9x6:4X4_50`, without a pitch."""
+def board(text: str) -> Chessboard:
+    """Return the board of an option such as `9x6` or `charuco:9x6:4X4_50`, of which
+    the lengths may be unknown, or of a YAML file of Kalibr."""
+    if text.endswith(STORAGE_ENDINGS):
+        return read_kalibr_target(text)
     found = BOARD.fullmatch(text)
     if not found:
-        raise ValueError("expected interior corners as 9x6, or charuco:9x6:4X4_50")
-    size = int(found[1]), int(found[2])
-    if not text.startswith("charuco:"):
-        return Chessboard(*size)
-    if not found[3]:
+        raise ValueError(f"expected interior corners as 9x6, or {BOARD_EXAMPLES}")
+    kind, size, dictionary = found[1], (int(found[2]), int(found[3])), found[4]
+    if (kind == "charuco") != bool(dictionary):
         raise ValueError("expected a dictionary of markers, as in charuco:9x6:4X4_50")
-    return Charuco(*size, dictionary=found[3].removeprefix("DICT_"))
+    if kind == "charuco":
+        return Charuco(*size, dictionary=dictionary.removeprefix("DICT_"))
+    if kind == "aprilgrid":
+        return AprilGrid(2 * size[0], 2 * size[1])
+    if kind:
+        return CircleGrid(*size, staggered=kind == "staggered")
+    return Chessboard(*size)
 
 
 def length_mm(text: str) -> float:
@@ -60,6 +73,9 @@ def length_mm(text: str) -> float:
 
 def opened_set(options: SimpleNamespace) -> ImageSet:
     """Return the set of a command: of its set.yaml, or the images of a plain folder."""
+    if Path(options.set).suffix.lower() in STORAGE_ENDINGS:
+        options.corners = options.set
+        return corner_set(options.set)
     given = [name for name in FOLDER_OPTIONS if getattr(options, name, None)]
     if not Path(options.set).is_dir() or (Path(options.set) / DESCRIPTION).exists():
         if given and options.command != "evaluate":
@@ -78,16 +94,19 @@ def opened_set(options: SimpleNamespace) -> ImageSet:
 
 def _target(options):
     """The target of --board, --pitch and --marker."""
-    board = getattr(options, "board", None) or UNKNOWN_BOARD
-    pitch = getattr(options, "pitch", None)
-    if isinstance(board, Charuco):
-        if not pitch:
-            raise InputError("--pitch: missing; give the side of a square of the board")
-        marker = options.marker or MARKER_PER_PITCH * pitch
-        return replace(board, pitch_mm=pitch, marker_mm=marker)
-    if getattr(options, "marker", None):
-        raise InputError("--marker: not for a chessboard; give --board charuco:...")
-    return replace(board, pitch_mm=pitch)
+    target = getattr(options, "board", None) or UNKNOWN_BOARD
+    lengths = {"pitch_mm": getattr(options, "pitch", None) or target.pitch_mm}
+    marker = getattr(options, "marker", None)
+    if field := MARKERS.get(type(target)):
+        lengths[field] = marker or getattr(target, field)
+        if not all(lengths.values()):
+            raise InputError(
+                "--pitch, --marker: missing; give the distance of neighbouring squares "
+                "(tags) and the side of a marker (tag)"
+            )
+    elif marker:
+        raise InputError("--marker: not for this board; give it for charuco, aprilgrid")
+    return replace(target, **lengths)
 
 
 def new(options: SimpleNamespace, say: Say) -> None:
@@ -128,7 +147,10 @@ def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
     folder = Path(options.out) if options.out else Path(os.path.relpath(default))
     options.folder, options.out = folder, str(folder / CAMERA)
     options.json = options.json or str(folder / RESULT)
-    options.report = options.report or str(folder / REPORT)
+    if source.is_file() and not options.video:  # corners without images
+        options.report = None
+    else:
+        options.report = options.report or str(folder / REPORT)
     if folder.exists() and not folder.is_dir():
         raise InputError(
             f"{folder}: is a file; give a folder, or a camera file with ending .npz"
@@ -203,11 +225,11 @@ def write_used_set(
     options: SimpleNamespace, image_set: ImageSet, size: tuple[int, int] | None
 ) -> None:
     """Write the set.yaml that was used, with the size of the board that was found."""
-    if not options.folder or is_mirror_set(options.set):
+    if not options.folder or options.corners == options.set:
         return
-    if size:
-        columns, rows = size
-        target = replace(cast(Chessboard, image_set.target), columns=columns, rows=rows)
+    target = image_set.target
+    if isinstance(target, Chessboard) and target.columns is None and size:
+        target = replace(target, columns=size[0], rows=size[1])
         image_set = replace(image_set, target=target)
     path = options.folder / DESCRIPTION
     write_set(replace(image_set, described_in=path, unused=()))

@@ -22,10 +22,11 @@ from raxel.features.charuco import (
 )
 from raxel.features.chessboard.board import find_board
 from raxel.features.circle_grid import find_circle_grid
+from raxel.features.corner_files import corner_data
 from raxel.features.detector import Detection, find_opencv, find_opencv_sb, rejected
 from raxel.features.lattice import order_of_clicks
 from raxel.io.documents import one_line, shown
-from raxel.io.files import read_json, write_json
+from raxel.io.files import write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import (
     AprilGrid,
@@ -173,14 +174,15 @@ def write_boards(path, image_set, detector, boards, vote=None):
 def read_boards(
     path: str | Path, image_set: ImageSet, views: Sequence[View] | None = None
 ) -> list[Board]:
-    """Read the boards of the views of a set from a JSON file of `write_boards`.
+    """Read the boards of the views of a set from a file of corners.
 
     A view without an entry counts as not found, with that reason.
 
     Parameters
     ----------
     path : str or Path
-        The JSON file.
+        The JSON file, a .vnl file of mrgingham or mrcal, or the image and object
+        points of a cv2.FileStorage (.xml, .yml, .yaml) in the order of the views.
     image_set : ImageSet
         The set, with a chessboard as its target.
     views : Sequence[View], optional
@@ -198,7 +200,7 @@ def read_boards(
         field, what was found, and what to do.
     """
     check_chessboard(image_set)
-    data = read_json(path)
+    data = corner_data(path, image_set)
     entries = data.get("images") if isinstance(data, dict) else None
     if not isinstance(entries, list):
         raise InputError(

@@ -3,6 +3,7 @@ from .image_files import read_colour as read_colour
 from .image_files import read_image as read_image
 from .image_set import load_set as load_set
 from .image_set import write_set as write_set
+from .kalibr import read_kalibr_target as read_kalibr_target
 from .mirror_set import MirrorSet as MirrorSet
 from .mirror_set import is_mirror_set as is_mirror_set
 from .mirror_set import load_mirror_set as load_mirror_set

@@ -2,6 +2,7 @@
 
 import json
 import os
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -9,9 +10,9 @@ import pytest
 
 from raxel.cameras import load_camera
 from raxel.cli import main
-from raxel.cli.sets import length_mm
+from raxel.cli.sets import board, length_mm, opened_set
 from raxel.errors import InputError
-from raxel.sets import load_set
+from raxel.sets import AprilGrid, Charuco, Chessboard, CircleGrid, load_set
 from raxel.sets.folder import folder_set, image_names, set_name
 from raxel.sets.frames import save_frames
 from tests.image_sets import COLUMNS, FOCAL, HEIGHT, ROWS, WIDTH, boards
@@ -65,8 +66,8 @@ def test_folder_becomes_a_folder_of_results(folder, capsys):
 def test_size_of_the_board_is_found_and_corners_are_used_again(folder, capsys):
     out = folder.parent / "out"
     calibrated(capsys, folder, "--out", out)
-    board = load_set(out).target
-    assert {board.columns, board.rows} == {COLUMNS, ROWS}
+    found = load_set(out).target
+    assert {found.columns, found.rows} == {COLUMNS, ROWS}
     assert load_camera(out / "camera.npz").K[0, 0] == pytest.approx(FOCAL, rel=0.01)
     text = (out / "corners.json").read_text()
     line = calibrated(capsys, folder, "--out", out, status=2).err
@@ -143,6 +144,7 @@ def test_folder_without_images_is_reported(tmp_path, name, pattern, fault):
         (["--video", "set.yaml"], "no frame can be read; convert the video to MP4"),
         ([".", "--board", "9by6"], "expected interior corners as 9x6"),
         ([".", "--board", "charuco:9x6"], "expected a dictionary of markers"),
+        ([".", "--board", "aprilgrid:6x6"], "has a set.yaml"),
         ([".", "--pitch", "0"], "expected a length such as 25mm"),
         ([".", "--board", "9x6"], "has a set.yaml; correct it there"),
         ([".", "--out", "set.yaml"], "is a file; give a folder, or a camera file"),
@@ -159,6 +161,29 @@ def test_wrong_options_are_reported_in_a_line(
     assert fault in line
     assert line.count("\n") == 1
     assert os.listdir(tmp_path) == ["set"]
+
+
+@pytest.mark.parametrize(
+    ("text", "lengths", "target"),
+    [
+        ("9x6", {}, Chessboard(9, 6)),
+        ("charuco:9x6:DICT_4X4_50", {"pitch": 20.0, "marker": 15.0},
+         Charuco(9, 6, 20.0, "4X4_50", 15.0)),
+        ("aprilgrid:6x5", {"pitch": 26.0, "marker": 20.0}, AprilGrid(12, 10, 26.0, 20.0)),
+        ("staggered:4x11", {"pitch": 9.0}, CircleGrid(4, 11, 9.0, True)),
+        ("circles:7x5", {}, CircleGrid(7, 5)),
+    ],
+)  # fmt: skip
+def test_boards_have_kinds(tmp_path, text, lengths, target):
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((48, 64), np.uint8))
+    options = SimpleNamespace(
+        set=tmp_path, command="check", board=board(text), **lengths
+    )
+    assert opened_set(options).target == target
+    if len(lengths) == 2:
+        options.marker = None
+        with pytest.raises(InputError, match="--pitch, --marker: missing"):
+            opened_set(options)
 
 
 @pytest.mark.parametrize(
