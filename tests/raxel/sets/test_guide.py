@@ -16,7 +16,7 @@ from raxel.sets.mirror_set import SCHEMA as MIRROR_SCHEMA
 from tests.image_sets import write_description
 
 GUIDE = (Path(__file__).parents[3] / "data/recorded/README.md").read_text("utf-8")
-DESCRIPTION, CHARUCO, GRID, MIRROR, BY_HAND = map(
+DESCRIPTION, CHARUCO, TAGS, CIRCLES, GRID, MIRROR, BY_HAND = map(
     yaml.safe_load, re.findall(r"```yaml\n(.*?)```", GUIDE, re.DOTALL)
 )
 
@@ -24,6 +24,7 @@ DESCRIPTION, CHARUCO, GRID, MIRROR, BY_HAND = map(
 def test_guide_names_every_key_of_image_sets():
     schema = json.loads(SCHEMA.read_text("utf-8"))
     names = "chessboard", "chessboard_view", "charuco", "charuco_view"
+    names += "aprilgrid", "circles"
     names += "active_grid", "active_grid_view", "gray_pattern", "phase_pattern"
     parts = [schema["$defs"][name] for name in names]
     keys = {key for part in (schema, *parts) for key in part["properties"]}
@@ -32,7 +33,8 @@ def test_guide_names_every_key_of_image_sets():
 
 
 PLAIN = [{"image": "first.jpg"}]
-EXAMPLES = [{"views": DESCRIPTION["views"]}, {"views": BY_HAND}, CHARUCO]
+EXAMPLES = [{"views": DESCRIPTION["views"]}, {"views": BY_HAND}]
+EXAMPLES += [CHARUCO, TAGS, CIRCLES]
 
 
 @pytest.mark.parametrize("change", EXAMPLES)
