@@ -153,10 +153,9 @@ def _upright(placed, target):
     known = np.isfinite(placed[..., 0, 0])
     if not known.any():
         return placed
-    corners = np.empty(placed.shape)
-    for k, (down, right) in enumerate(CORNERS):
-        lattice = target.points().reshape(target.rows, target.columns, 2)
-        corners[:, :, k] = lattice[down::2, right::2]
+    columns, rows = target.tags
+    lattice = target.points().reshape(rows, 2, columns, 2, 2)
+    corners = np.stack([lattice[:, i, :, j] for i, j in CORNERS], axis=2)
     source = corners[known].reshape(-1, 2)
 
     def misfit(rotated):
@@ -212,9 +211,8 @@ def _patches(tags, step):
     maps = np.array(maps).reshape(-1, 3, 3)
 
     def at(a, b):
-        return apply_homography(maps, UNIT_SQUARE + step * np.array([a, b])).reshape(
-            -1, 2
-        )
+        offset = step * np.array([a, b])
+        return apply_homography(maps, UNIT_SQUARE + offset).reshape(-1, 2)
 
     p, right, left, below, above = (
         at(*way) for way in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))
@@ -233,9 +231,12 @@ def _explanation(grey, target, numbers, tags):
         if markers is None or not markers.is_tag_grid:
             return other_target(grey, markers)
         family = markers.dictionary.removeprefix("APRILTAG_")
-        if family == target.family:
-            return ""
-        return f"the image shows tags of {family}; set target.family: {family}"
+        same = family == target.family
+        return (
+            ""
+            if same
+            else f"the image shows tags of {family}; set target.family: {family}"
+        )
     shown = row_length(numbers - min(target.first_id, numbers.min()), tags)
     text = (
         f"{len(numbers)} tags of {target.family} with ids {numbers.min()} to "

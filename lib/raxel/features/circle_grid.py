@@ -20,8 +20,8 @@ from raxel.features.lattice import orders
 from raxel.geometry.homography import apply_homography, homography_dlt
 
 # Largest deviation of a circle from the position that its neighbours predict, and
-# smallest of another order, in distances of neighbours.
-MAX_MISFIT_STEPS, ORDER_TOL_STEPS = 0.3, 0.1
+# misfits of orders that count as equal, in distances of neighbours.
+MAX_MISFIT_STEPS, ORDER_TOL_STEPS = 0.3, 0.2
 # So many circles next to the grid are not clutter.
 MIN_N_BEYOND = 2
 # Circles around one, itself included, that determine the homography there.
@@ -81,15 +81,15 @@ def _ordered(centres, target):
         if target.staggered
         else cv2.CALIB_CB_SYMMETRIC_GRID
     )
-    candidates = centres.astype(np.float32)[:, None]
+    candidates, tree = centres.astype(np.float32)[:, None], cKDTree(centres)
     for flags in (kind, kind | cv2.CALIB_CB_CLUSTERING):
         found, ordered = cv2.findCirclesGrid(
             candidates, size, flags, None, cv2.CirclesGridFinderParameters()
         )
-        if found:
-            # OpenCV returns rounded points, and merges some of them.
-            ordered = centres[cKDTree(centres).query(ordered.reshape(-1, 2))[1]]
-            ordered = _standard_order(ordered, target)
+        # OpenCV returns rounded points, and merges some of them.
+        index = tree.query(ordered.reshape(-1, 2))[1] if found else []
+        if len(set(index)) == target.columns * target.rows:
+            ordered = _standard_order(centres[index], target)
             if _is_whole(ordered, centres, target):
                 return ordered
     return None
@@ -98,19 +98,17 @@ def _ordered(centres, target):
 def _standard_order(ordered, target):
     """The order that fits the target, not mirrored, with x most to the right."""
     points = replace(target, pitch_mm=None).points()
-    found = []
-    for order, size in orders(target.columns, target.rows):
-        one = ordered[order]
-        if size != (target.columns, target.rows):
-            continue
-        H = homography_dlt(one, points)
-        misfit = np.sqrt(np.mean((apply_homography(H, one) - points) ** 2))
+
+    def cost(one):
+        fitted = apply_homography(homography_dlt(one, points), one)
+        misfit = np.sqrt(np.mean((fitted - points) ** 2))
         x, y = (one[k] - one[0] for k in (target.columns - 1, -target.columns))
-        if x[0] * y[1] > x[1] * y[0]:
-            found.append((misfit, -x[0] / np.hypot(*x), one))
-    limit = min(found)[0] + ORDER_TOL_STEPS if found else 0
-    fitting = [one for one in found if one[0] <= limit]
-    return min(fitting, key=lambda one: one[1])[2] if fitting else ordered
+        mirrored = x[0] * y[1] < x[1] * y[0]
+        return mirrored, misfit // ORDER_TOL_STEPS, -x[0] / np.hypot(*x)
+
+    size = target.columns, target.rows
+    found = [ordered[order] for order, own in orders(*size) if own == size]
+    return min(found, key=cost)
 
 
 def _is_whole(ordered, centres, target):
