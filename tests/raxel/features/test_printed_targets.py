@@ -18,6 +18,7 @@ from tests.printed_targets import FOCAL, HEIGHT, POSES, WIDTH, target_image
 
 TAGS = AprilGrid(10, 8, 26.0, 20.0, first_id=7)
 STAGGERED, SQUARE = CircleGrid(4, 11, 20.0, staggered=True), CircleGrid(9, 7, 20.0)
+N_VIEWS = 4
 OFFSETS = (
     (0, 0),
     (30, 15),
@@ -45,8 +46,7 @@ def written_set(folder, target, count):
     return load_set(folder)
 
 
-@pytest.mark.parametrize("pose", POSES[2:4])
-@pytest.mark.parametrize("border", [1, 2])
+@pytest.mark.parametrize(("pose", "border"), [(POSES[2], 1), (POSES[3], 2)])
 def test_april_grid_corners_have_order_and_sd(pose, border):
     image, truth = target_image(TAGS, pose, border=border)
     found = find_april_grid(image, TAGS)
@@ -82,7 +82,6 @@ def test_april_grid_may_be_cut_and_occluded():
 @pytest.mark.parametrize(
     ("change", "advice"),
     [
-        ({"columns": 8}, "set target.columns: 5, and rows"),
         ({"columns": 12}, "set target.columns: 5, and rows"),
         ({"first_id": 30}, "set target.rows and first_id"),
         ({"family": "25h9"}, "set target.family: 36h11"),
@@ -128,10 +127,10 @@ def test_other_circle_grid_is_named(target, change, advice):
 
 @pytest.mark.parametrize("target", [TAGS, STAGGERED])
 def test_camera_is_recovered_from_printed_target(tmp_path, target):
-    image_set = drawn_set(tmp_path, target, 5)
+    image_set = drawn_set(tmp_path, target, N_VIEWS)
     assert image_set.target == target
     views = board_views(image_set, detect_boards(image_set))
-    assert len(views) == 5
+    assert len(views) == N_VIEWS
     known = [np.isfinite(view.pixels[:, 0]) for view in views]
     solid = np.column_stack([target.points(), np.zeros(len(target.points()))])
     flags = cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
