@@ -131,7 +131,8 @@ def _is_whole(ordered, centres, target):
 def _localise(grey, centres, target):
     """Images (N, 2) px of the centres of dark discs, and their SDs (N,) px.
 
-    The centroid's SD is the noise of the pixels, propagated.
+    The centroid's SD is the noise of the pixels, propagated. It is too small where the
+    noise of neighbouring pixels is correlated, as in coded images.
     """
     points = replace(target, pitch_mm=None).points()
     tree = cKDTree(points)
