@@ -177,7 +177,7 @@ def load_camera(path: str | PathLike[str]) -> Camera:
     """
     with CameraFile(path, CAMERAS) as file:
         camera = file.camera()
-        camera.board = file.board()
+        camera.board, camera.board_cells = file.board(), file.board_cells()
         if file.has("board_distance"):
             camera.board_distance = float(file.number("board_distance"))
         return camera

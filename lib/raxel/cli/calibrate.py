@@ -21,6 +21,7 @@ from raxel.evaluation.board_corners import (
     without_wrong_corners,
 )
 from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.coverage import covered_cells
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
     camera_lines,
@@ -160,6 +161,7 @@ def _calibrated(name, task, asked, details):
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
     fitted.camera.board_distance = _board_distance(images, used)
+    fitted.camera.board_cells = covered_cells(used, *size)
     if fitted.shape:
         board = "unit", "board_shape", "board_corners"
         fitted.camera.board = {key: result[key] for key in board}

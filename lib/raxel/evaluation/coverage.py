@@ -15,6 +15,7 @@ import numpy as np
 
 N_SAMPLES = 257  # along a line across the image
 N_GRID = 64  # pixels along each axis, for all
+MAX_N_CELLS = 64  # of the covered area, along the longer side of the image
 # SD above which a ray is unknown: it may as well be that of the next pixel. And its
 # minimum ratio to the SD inside the boards, so that the cause is the area of the boards
 # and not the noise of their corners.
@@ -32,6 +33,23 @@ def board_counts(views, width, height):
     for view in views:
         counts += view.covered(width, height)
     return counts
+
+
+def covered_cells(views, width, height):
+    """Cells of the image of which a board covers a pixel, bool (rows, columns).
+
+    Cells are nearly square, MAX_N_CELLS along the longer side of the image.
+    """
+    counts = board_counts(views, width, height)
+    share = min(1.0, MAX_N_CELLS / max(width, height))
+    rows, columns = (max(1, round(share * side)) for side in counts.shape)
+    starts = (
+        np.arange(n) * side // n
+        for n, side in zip((rows, columns), counts.shape, strict=True)
+    )
+    for axis, start in enumerate(starts):
+        counts = np.maximum.reduceat(counts, start, axis=axis)
+    return counts > 0
 
 
 def field_of_view(camera):

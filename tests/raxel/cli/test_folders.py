@@ -166,21 +166,23 @@ def test_wrong_options_are_reported_in_a_line(
 @pytest.mark.parametrize(
     ("text", "lengths", "target"),
     [
-        ("9x6", {}, Chessboard(9, 6)),
-        ("charuco:9x6:DICT_4X4_50", {"pitch": 20.0, "marker": 15.0},
-         Charuco(9, 6, 20.0, "4X4_50", 15.0)),
-        ("aprilgrid:6x5", {"pitch": 26.0, "marker": 20.0}, AprilGrid(12, 10, 26.0, 20.0)),
-        ("staggered:4x11", {"pitch": 9.0}, CircleGrid(4, 11, 9.0, True)),
-        ("circles:7x5", {}, CircleGrid(7, 5)),
+        ("9x6", (None, None), Chessboard(9, 6)),
+        (
+            "charuco:9x6:DICT_4X4_50",
+            (20.0, 15.0),
+            Charuco(9, 6, 20.0, "4X4_50", 15.0),
+        ),
+        ("aprilgrid:6x5", (26.0, 20.0), AprilGrid(12, 10, 26.0, 20.0)),
+        ("staggered:4x11", (9.0, None), CircleGrid(4, 11, 9.0, True)),
+        ("circles:7x5", (None, None), CircleGrid(7, 5)),
     ],
-)  # fmt: skip
+)
 def test_boards_have_kinds(tmp_path, text, lengths, target):
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((48, 64), np.uint8))
-    options = SimpleNamespace(
-        set=tmp_path, command="check", board=board(text), **lengths
-    )
+    options = SimpleNamespace(set=tmp_path, command="check", board=board(text))
+    options.pitch, options.marker = lengths
     assert opened_set(options).target == target
-    if len(lengths) == 2:
+    if options.marker:
         options.marker = None
         with pytest.raises(InputError, match="--pitch, --marker: missing"):
             opened_set(options)

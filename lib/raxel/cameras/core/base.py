@@ -160,6 +160,8 @@ class Camera(abc.ABC):
     board: dict[str, Any] | None = None
     # Median distance of the boards of the calibration, where it is known.
     board_distance: float | None = None
+    # Cells of the image that a board of the calibration covered, bool, rows by columns.
+    board_cells: NDArray[np.bool_] | None = None
 
     @property
     @abc.abstractmethod
@@ -245,7 +247,8 @@ class Camera(abc.ABC):
         names = "width", "height", "board_distance"
         own = {name: getattr(self, name) for name in names}
         known = {name: np.array(v) for name, v in own.items() if v is not None}
-        write_camera(path, self.kind, known | self._fields(), self.board)
+        fields = known | self._fields()
+        write_camera(path, self.kind, fields, self.board, self.board_cells)
 
 
 def check_size(camera, width, height):

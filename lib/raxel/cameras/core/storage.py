@@ -52,9 +52,11 @@ MAX_SIDE_PX = 32_000
 MAX_NESTING_DEPTH = 4
 
 
-def write_camera(path, kind, fields, board=None):
-    """Write a camera's fields, and its board as the bytes of JSON if there is one, to
-    `path`, compressed and atomically."""
+def write_camera(path, kind, fields, board=None, board_cells=None):
+    """Write a camera's fields, its board as the bytes of JSON and the area that boards
+    cover, if there are such, to `path`, compressed and atomically."""
+    if board_cells is not None:
+        fields = fields | {"board_cells": board_cells}
     if board is not None:
         text = json.dumps(board).encode()
         fields = fields | {"board": np.frombuffer(text, np.uint8)}
@@ -184,6 +186,15 @@ class CameraFile:
             raise self._fault(
                 "board", f"invalid JSON ({fault}); save it again"
             ) from fault
+
+    def board_cells(self):
+        """Cells of the image that a board covered, None for a file without them."""
+        if not self.has("board_cells"):
+            return None
+        cells = self.numbers("board_cells", 2)
+        if cells.dtype != bool or not cells.size:
+            raise self._fault("board_cells", f"found {cells.dtype}; give booleans")
+        return cells
 
     def nested(self, name):
         """The camera in the fields whose names begin with `name` and a dot."""
