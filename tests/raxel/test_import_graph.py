@@ -26,6 +26,7 @@ ROOMS = (
     "calibration",
     "multiview",
     "evaluation",
+    "formats",
     "report",
     "show",
     "compile_loops",

@@ -14,6 +14,8 @@ SECTIONS = {
     **dict.fromkeys(["new", "check", "corners", "decode"], "Image sets"),
     **dict.fromkeys(["calibrate", "evaluate", "undistort", "show"], "Cameras"),
     **dict.fromkeys(["board", "patterns", "render"], "Targets and simulation"),
+    **dict.fromkeys(["export", "import"], "Exchange"),
+    **dict.fromkeys(["patterns", "render"], "Targets and simulation"),
 }
 OPTION_SECTIONS = {
     **dict.fromkeys(["--out", "--json", "--report", "--force"], "Output"),
@@ -21,6 +23,12 @@ OPTION_SECTIONS = {
     **dict.fromkeys(["--board", "--pitch", "--marker", "--images"], "Input"),
     **dict.fromkeys(["--video", "--every"], "Input"),
 }
+EXPORT_FORMATS = (
+    *("opencv", "opencv-fisheye", "opencv-omnidir", "ros", "kalibr", "basalt"),
+    *("colmap", "nerfstudio", "mrcal", "ocamcalib", "maps", "table"),
+)
+NOT_IMPORTED = "basalt", "nerfstudio", "maps", "table"
+IMPORT_FORMATS = [name for name in EXPORT_FORMATS if name not in NOT_IMPORTED]
 
 
 def run(name: str, options: SimpleNamespace, say: Say) -> None:
@@ -53,6 +61,10 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
             from raxel.cli.images import show as command
         case "board":
             from raxel.cli.board import board as command
+        case "export":
+            from raxel.cli.exchange import export as command
+        case "import":
+            from raxel.cli.exchange import import_ as command
         case "patterns":
             from raxel.cli.active_grids import patterns as command
         case "render":
@@ -561,6 +573,40 @@ PROGRAM = Program(
                 "part of the board is outside the image.",
                 default="chessboard",
             ),
+        ),
+        _command(
+            "export",
+            "Write a camera in the format of another program.",
+            "raxel export camera.npz --format colmap --out cameras.txt",
+            _argument("camera", "Camera file (.npz)."),
+            _option(
+                "--format",
+                click.Choice(EXPORT_FORMATS),
+                "NAME",
+                f"One of {', '.join(EXPORT_FORMATS)}. A model that the format does not "
+                "have is refitted to the rays. maps: float32 maps for cv2.remap; "
+                "table: ray of each pixel.",
+                required=True,
+            ),
+            _option("--out", file_name, "FILE", "File to write.", required=True),
+            _flag(
+                "--allow-residual",
+                help="Write also a model with an RMS residual above 0.5 px.",
+            ),
+        ),
+        _command(
+            "import",
+            "Read a camera from the file of another program.",
+            "raxel import camchain.yaml --format kalibr --out camera.npz",
+            _argument("file", "File with one camera."),
+            _option(
+                "--format",
+                click.Choice(IMPORT_FORMATS),
+                "NAME",
+                f"One of {', '.join(IMPORT_FORMATS)}.",
+                required=True,
+            ),
+            _option("--out", file_name, "CAMERA", "Camera file (.npz).", required=True),
         ),
         _command(
             "patterns",
