@@ -1,7 +1,8 @@
 """The program `raxel`.
 
 Its commands are `new`, `check`, `corners`, `decode`, `calibrate`, `evaluate`,
-`undistort`, `show`, `board`, `patterns` and `render`. `raxel COMMAND --help` explains
+`undistort`, `show`, `export`, `import`, `board`, `patterns` and `render`. `raxel
+COMMAND --help` explains
 each.
 
 Results are files. A short summary goes to standard output, with one line `warning: ...`

@@ -135,6 +135,8 @@ def export_camera(
     equal = _equal(camera, form.models, sample)
     name, p, R, errors = equal or refit(camera, form.models, sample)
     held = np.isfinite(errors)
+    if not held.any():
+        raise InputError(f"--format {format}: no model holds a ray; give another one")
     if camera.board_cells is None:
         areas = {"in the whole image": held}
     else:

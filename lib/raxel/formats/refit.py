@@ -21,7 +21,7 @@ MAX_N_STEPS = 60  # a valley of rational functions has no end
 START = {"xi": 1.0, "alpha": 0.5, "beta": 1.0, "c": 1.0}
 
 
-class Sample(NamedTuple):
+class RaySample(NamedTuple):
     """Rays of a grid of pixels: pixels (N, 2), directions (N, 3), and whether a board
     covered the pixel (N,), all True for a camera without this area."""
 
@@ -38,7 +38,7 @@ def sample_of(camera):
     cells = np.ones((1, 1), bool) if camera.board_cells is None else camera.board_cells
     u, v = ((grid + 0.5) * cells.shape[::-1] / size).astype(int).T
     keep = rays.valid
-    return Sample(grid[keep], rays.directions[keep], cells[v, u][keep])
+    return RaySample(grid[keep], rays.directions[keep], cells[v, u][keep])
 
 
 def angles_of(R, sample):
@@ -66,6 +66,8 @@ def _fitted(name, model, camera, sample):
     R, centre = _frame(camera)
     limit = REFIT_PLANE if model.max_angle_deg == PLANE else model.max_angle_deg
     held = angles_of(R, sample) < limit
+    if not held.any():
+        return name, {}, R, np.full(len(held), np.nan)
     seen, directions = sample.pixels[held], sample.directions[held]
     weights = np.where(sample.covered[held], 1.0, BEYOND_WEIGHT)[:, None]
     focal, start = _start(model.formula, centre, seen, directions @ R.T)

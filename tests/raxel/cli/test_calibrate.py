@@ -78,6 +78,9 @@ def test_readme_commands_detect_corners_once(tmp_path, monkeypatch):
     assert [main(order) for order in orders] == [0] * 5
     assert searched == ["drawn", "drawn"]  # by check, in a few images, and by corners
     assert (tmp_path / "calibration" / "index.html").is_file()
+    cells = load_camera("camera.npz").board_cells
+    assert max(cells.shape) == 64
+    assert 0.1 < cells.mean() < 1
 
 
 def test_score_text_has_no_nan():
