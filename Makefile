@@ -6,6 +6,7 @@ TRIALS ?=
 RECORDED ?=
 READINGS ?= open
 PORT ?= 8000
+MRCAL_PYTHON ?= python3.12
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
 # Everything a run writes stays in the checkout; only package caches lie outside.
@@ -17,7 +18,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test test-formats times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -25,6 +26,9 @@ report: setup ## the whole report at full size: report/site/index.html
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
+
+test-formats: setup ## exports read by cv2.omnidir and mrcal in environments of their own; writes lib/raxel/formats/TABLE.md
+	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.format_table $(MRCAL_PYTHON)
 
 recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
 	@$(RUN) .venv/bin/python -m repro.run.recorded
@@ -97,4 +101,4 @@ clean: ## remove what was built; .venv and the photographs stay
 	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.times .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list
-	@grep -E '^[a-z_%][a-z_% ]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38
+	@grep -E '^[a-z_%][a-z_% -]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38

@@ -35,6 +35,10 @@ CAMERAS = {
         [150, -2e-3, 1e-7, -1e-9], CENTRE, *SIZE, affine=(1.01, 0.003, -0.002)
     ),
 }
+SKEWED = {
+    "perspective, skew": PerspectiveCamera(SKEW, [-0.2, 0.03], *SIZE),
+    "unified sphere, skew": UnifiedSphereCamera(0.8, SKEW, *SIZE),
+}
 EXACT = {
     "opencv": {"pinhole": "radial 3", "perspective": "radial 3", "brown 3": "radial 3"},
     "opencv-fisheye": {"kannala-brandt": "fisheye", "equidistant": "fisheye"},

@@ -163,6 +163,20 @@ READERS = {
     "ocamcalib": ocamcalib,
 }
 
+
+def exported(form, camera, folder):
+    """The export, its file, 1 000 pixels, their directions in the format's frame."""
+    path = folder / f"camera{'.yaml' if form.startswith('opencv') else '.txt'}"
+    from raxel.formats import export_camera
+
+    made = export_camera(camera, path, form, allow_residual=True)
+    pixels = np.random.default_rng(5).uniform(0, [639, 479], (1000, 2))
+    rays = camera.rays(pixels)
+    held = rays.valid & (rays.directions[:, 2] > np.cos(np.radians(made.angle_deg)))
+    assert held.sum() > 400
+    return made, path, pixels[held], rays.directions[held] @ made.R_format_camera.T
+
+
 if __name__ == "__main__":
     # Pixels of exported cameras: FORMAT FILE..., with FILE.npy of directions.
     for name in sys.argv[2:]:

@@ -70,7 +70,8 @@ def _to_opencv(record, suffix):
     K, further = map(np.atleast_2d, _matrix_and_distortion(record))
     size = {"image_width": record.width, "image_height": record.height}
     content = size | {"camera_matrix": K, "distortion_coefficients": further}
-    for name, value in (content | {"xi": record.p.get("xi", 0.0)}).items():
+    content |= {"xi": record.p["xi"]} if "xi" in record.p else {}
+    for name, value in content.items():
         file.write(name, value)
     return file.releaseAndGetString()
 

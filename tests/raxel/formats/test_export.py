@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.cameras import CAMERAS as KINDS
 from raxel.cameras import (
     AxialCamera,
     MovingPupilCamera,
@@ -12,25 +13,16 @@ from raxel.cameras import (
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.formats import export_camera, import_camera
+from raxel.formats.conventions import FORMATS
 from tests.camera_zoo import ZOO
 from tests.format_cameras import CAMERAS, CELLS, EXACT
-from tests.format_readers import READERS
+from tests.format_readers import READERS, exported
+from tests.format_table import TABLE
 
 # Readers in environments of their own: make test-formats.
 ELSEWHERE = "opencv-omnidir", "mrcal"
 FIRST_PIXEL = {"colmap": 0.5, "nerfstudio": 0.5}
 NOT_READ = "basalt", "nerfstudio"
-
-
-def exported(form, camera, folder):
-    """The export, its file, 1 000 pixels, their directions in the format's frame."""
-    path = folder / f"camera{'.yaml' if form.startswith('opencv') else '.txt'}"
-    made = export_camera(camera, path, form, allow_residual=True)
-    pixels = np.random.default_rng(5).uniform(0, [639, 479], (1000, 2))
-    rays = camera.rays(pixels)
-    held = rays.valid & (rays.directions[:, 2] > np.cos(np.radians(made.angle_deg)))
-    assert held.sum() > 400
-    return made, path, pixels[held], rays.directions[held] @ made.R_format_camera.T
 
 
 @pytest.mark.parametrize(("form", "name"), CELLS)
@@ -194,3 +186,16 @@ def test_import_reports_a_fault_on_one_line(form, text, tmp_path):
     assert FAULTS[form, text] in str(raised.value)
     assert str(raised.value).startswith(f"{path}: ")
     assert "\n" not in str(raised.value)
+
+
+def test_table_has_every_kind_and_format():
+    """As `make test-formats` writes it: exact where the tests above are."""
+    head, _, *lines = [x for x in TABLE.read_text().splitlines() if x.startswith("|")]
+    formats = [cell.strip() for cell in head.split("|")][2:-1]
+    cells = {row.split("|")[1].strip(): row.split("|")[2:-1] for row in lines}
+    assert formats == list(FORMATS)
+    for kind in KINDS:
+        assert any(kind in name for name in cells)
+    for form, name in CELLS:
+        row = cells[f"{name} ({CAMERAS[name].kind})"]
+        assert row[formats.index(form)].strip() == "exact"

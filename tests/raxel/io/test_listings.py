@@ -166,7 +166,7 @@ def test_dotted_names_are_importable():
 
 def test_make_commands_are_valid():
     makefile = (ROOT / "Makefile").read_text("utf-8")
-    targets = re.findall(r"^([\w%][\w% ]*):", makefile, re.MULTILINE)
+    targets = re.findall(r"^([\w%][\w% -]*):", makefile, re.MULTILINE)
     known = [name.replace("%", r"\w+") for names in targets for name in names.split()]
     orders = [word for word in quoted(BOTH) if word.startswith("make ")]
     orders += re.findall(r"^\$ (make [^#\n]*)", BOTH, re.MULTILINE)
