@@ -5,6 +5,7 @@ the rays of the camera there, too. Then each camera is exported to each format, 
 residuals are written to lib/raxel/formats/TABLE.md.
 """
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -98,6 +99,8 @@ def rows():
 
 
 def main(mrcal_python):
+    if not shutil.which(mrcal_python):
+        sys.exit(f"test-formats: no {mrcal_python}; give MRCAL_PYTHON, 3.12 or later")
     errors = {}
     pythons = {"opencv-omnidir": sys.executable, "mrcal": mrcal_python}
     with tempfile.TemporaryDirectory() as name:
