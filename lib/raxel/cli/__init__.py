@@ -1,9 +1,8 @@
 """The program `raxel`.
 
 Its commands are `new`, `check`, `corners`, `decode`, `calibrate`, `evaluate`,
-`undistort`, `show`, `export`, `import`, `board`, `patterns` and `render`. `raxel
-COMMAND --help` explains
-each.
+`undistort`, `show`, `export`, `import`, `board`, `patterns` and `render`.
+`raxel COMMAND --help` explains each.
 
 Results are files. A short summary goes to standard output, with one line `warning: ...`
 per problem; progress goes to standard error. The exit status is

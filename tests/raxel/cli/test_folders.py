@@ -167,11 +167,7 @@ def test_wrong_options_are_reported_in_a_line(
     ("text", "lengths", "target"),
     [
         ("9x6", (None, None), Chessboard(9, 6)),
-        (
-            "charuco:9x6:DICT_4X4_50",
-            (20.0, 15.0),
-            Charuco(9, 6, 20.0, "4X4_50", 15.0),
-        ),
+        ("charuco:9x6:DICT_4X4_50", (20.0, 15.0), Charuco(9, 6, 20.0, "4X4_50", 15.0)),
         ("aprilgrid:6x5", (26.0, 20.0), AprilGrid(12, 10, 26.0, 20.0)),
         ("staggered:4x11", (9.0, None), CircleGrid(4, 11, 9.0, True)),
         ("circles:7x5", (None, None), CircleGrid(7, 5)),
