@@ -180,4 +180,6 @@ def load_camera(path: str | PathLike[str]) -> Camera:
         camera.board, camera.board_cells = file.board(), file.board_cells()
         if file.has("board_distance"):
             camera.board_distance = float(file.number("board_distance"))
+        if file.has("error_nodes"):
+            camera.error_nodes = file.numbers("error_nodes", 3)
         return camera

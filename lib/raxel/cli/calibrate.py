@@ -34,6 +34,7 @@ from raxel.evaluation.diagnoses import (
 from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
+from raxel.evaluation.ray_errors import errors_of_formula, errors_of_table
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
 from raxel.report.page import PAGE
@@ -150,7 +151,13 @@ def _calibrated(name, task, asked, details):
     right_px = right.evaluation.rms_px
     lenses = "" if asked == "auto" else "try --model kannala-brandt or unified, "
     warnings += findings.warnings_of(result, right_px, words, lenses)
-    halves = split_half(fitted.camera, images, used, fitted.shape, fitted.lens)
+    distance = fitted.camera.board_distance = _board_distance(images, used)
+    if fitted.lens:
+        errors = errors_of_formula(fitted.camera, distance, *fitted.lens)
+        fitted.camera.error_nodes = errors
+    halves = split_half(fitted.camera, images, used, fitted.shape)
+    if halves and model in TABLES:
+        fitted.camera.error_nodes = errors_of_table(fitted.camera, halves)
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}
@@ -160,7 +167,6 @@ def _calibrated(name, task, asked, details):
     values["explained"] = any(explained(each, found.rms_px) for each in warnings)
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
-    fitted.camera.board_distance = _board_distance(images, used)
     fitted.camera.board_cells = covered_cells(used, *size)
     if fitted.shape:
         board = "unit", "board_shape", "board_corners"

@@ -162,11 +162,9 @@ class SplitHalf(NamedTuple):
         }
 
 
-def split_half(camera, scores, views, shape=None, lens=None):
+def split_half(camera, scores, views, shape=None):
     """SplitHalf of a camera on the views it was fitted to; scores: their ImageScores;
-    shape: the board's BoardShape, None for one that is as stated; lens: derivatives (N,
-    2, P) of pixels at points (N, 3) by its parameters, a function, and their covariance
-    (P, P), None for a camera without.
+    shape: the board's BoardShape, None for one that is as stated.
 
     None where it cannot be tested: fewer than six boards, or halves that never saw the
     same part of the image.
@@ -209,27 +207,11 @@ def split_half(camera, scores, views, shape=None, lens=None):
         normal, *_ = image_equations(*of_boards, fields)
         covariance = within * np.linalg.pinv(normal.sum(axis=0), hermitian=True)
         beyond = beyond_boards(fields, covariance, [view for _, view in pairs], seen)
-        squares = _error_squares(camera, fields, pairs, lens)
-        if beyond and squares is not None:
-            under_px = float(np.sqrt(np.mean(squares[seen])))
-            beyond = beyond._replace(under_px=under_px)
+        errors = camera.pixel_covariance(fields.pixels[seen])
+        under_px = np.sqrt(np.mean(np.trace(errors, axis1=1, axis2=2)))
+        if beyond and np.isfinite(under_px):
+            beyond = beyond._replace(under_px=float(under_px))
     return found._replace(focal=focal, outlier=outlier, beyond=beyond)
-
-
-def _error_squares(camera, fields, pairs, lens):
-    """Expected squared errors (N,) px^2 of the rays of the fields' pixels, by the
-    camera's own covariance; None where there is none."""
-    if lens:
-        slopes, covariance = lens
-        rays = camera.rays(fields.pixels)
-        places = [score.T_camera_grid[:3, 3] for score, _ in pairs]
-        distance = np.median(np.linalg.norm(places, axis=1))
-        changes = slopes(rays.origins + distance * rays.directions)
-        changes = without_turns(fields.turns, changes)
-        return np.einsum("nik,kl,nil->n", changes, covariance, changes)
-    if getattr(camera, "covariance", None) is None:
-        return None
-    return np.trace(camera.pixel_covariance(fields.pixels), axis1=1, axis2=2)
 
 
 def halves_of(pairs):

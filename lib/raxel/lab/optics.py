@@ -212,7 +212,7 @@ class WindowedCamera(Camera):
         """Those of the camera."""
         return self.camera.parameters
 
-    def rays(self, pixels):
+    def _rays(self, pixels):
         """Rays of pixels (N, 2)."""
         return self.camera.rays(as_rows(pixels, 2) + self._first)
 

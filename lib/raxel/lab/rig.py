@@ -138,7 +138,7 @@ class ShiftedLens(Camera):
         """Return those of the camera; a known shift is not a parameter."""
         return self.camera.parameters
 
-    def rays(self, pixels):
+    def _rays(self, pixels):
         """Rays of pixels (N, 2)."""
         return self.camera.rays(as_rows(pixels, 2) - self.shift)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import abc
 from os import PathLike
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,6 +89,7 @@ def _lines(rays):
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.
 MAX_COORDINATE = 1e100
+SLOPE_STEP_PX = 0.5  # in differences of directions
 # Scales and lengths: fourth powers, and pixels divided by one, must not overflow.
 MIN_SCALE, MAX_SCALE = 1e-30, 1e30
 # Coefficients of a polynomial, or corners of an outline: the roots of longer
@@ -112,6 +113,23 @@ class Rays(NamedTuple):
     origins: np.ndarray
     directions: np.ndarray
     valid: np.ndarray
+
+
+class RaysWithCovariance(NamedTuple):
+    """Rays with their predicted errors.
+
+    Attributes
+    ----------
+    origins, directions, valid : ndarray
+        As of `Rays`.
+    covariance : ndarray, shape (N, 3, 3)
+        Covariances of the directions, rad^2, NaN where unknown.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+    covariance: np.ndarray
 
 
 class Projection(NamedTuple):
@@ -160,6 +178,9 @@ class Camera(abc.ABC):
     board: dict[str, Any] | None = None
     # Median distance of the boards of the calibration, where it is known.
     board_distance: float | None = None
+    # Predicted errors of its rays, uu, uv, vv in px^2, at nodes (rows, columns, 3) that
+    # are spread evenly from edge to edge of the image, NaN where unknown.
+    error_nodes: NDArray[np.float64] | None = None
     # Cells of the image that a board of the calibration covered, bool, rows by columns.
     board_cells: NDArray[np.bool_] | None = None
 
@@ -173,9 +194,54 @@ class Camera(abc.ABC):
     def parameters(self) -> int:
         """Number of free intrinsic parameters; width and height are not counted."""
 
-    @abc.abstractmethod
-    def rays(self, pixels: ArrayLike) -> Rays:
+    @overload
+    def rays(
+        self, pixels: ArrayLike, *, covariance: Literal[False] = False
+    ) -> Rays: ...
+
+    @overload
+    def rays(
+        self, pixels: ArrayLike, *, covariance: Literal[True]
+    ) -> RaysWithCovariance: ...
+
+    def rays(
+        self, pixels: ArrayLike, *, covariance: bool = False
+    ) -> Rays | RaysWithCovariance:
         """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+        covariance : bool
+            Whether the predicted errors of the directions are included, after the
+            best common rotation of all rays.
+
+        Returns
+        -------
+        Rays or RaysWithCovariance
+            Rays in the camera frame; values that are not finite have none.
+        """
+        rays = self._rays(pixels)
+        if not covariance:
+            return rays
+        pixels = as_rows(pixels, 2)
+        steps = [
+            self._rays(pixels + step).directions - self._rays(pixels - step).directions
+            for step in SLOPE_STEP_PX * np.eye(2)
+        ]
+        slopes = np.stack(steps, axis=2) / (2 * SLOPE_STEP_PX)
+        errors = slopes @ self.pixel_covariance(pixels) @ slopes.transpose(0, 2, 1)
+        return RaysWithCovariance(*rays, errors)
+
+    @abc.abstractmethod
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays of pixels (N, 2)."""
+
+    def pixel_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return covariances of the positions in the image of the rays of pixels.
+
+        They are the predicted errors of where in the image the rays belong.
 
         Parameters
         ----------
@@ -184,9 +250,15 @@ class Camera(abc.ABC):
 
         Returns
         -------
-        Rays
-            Rays in the camera frame; values that are not finite have none.
+        ndarray, shape (N, 2, 2)
+            Covariances, px^2, NaN outside the image, or if none are known.
         """
+        pixels = as_rows(pixels, 2)
+        if self.error_nodes is None:
+            return np.full((len(pixels), 2, 2), np.nan)
+        cells = np.array(self.error_nodes.shape[1::-1]) - 1
+        places = (pixels + 0.5) / [self.width, self.height] * cells
+        return covariance_between(self.error_nodes, places, self.in_image(pixels))
 
     @abc.abstractmethod
     def project(self, points: ArrayLike) -> Projection:
@@ -244,7 +316,7 @@ class Camera(abc.ABC):
         InputError
             The file cannot be written.
         """
-        names = "width", "height", "board_distance"
+        names = "width", "height", "board_distance", "error_nodes"
         own = {name: getattr(self, name) for name in names}
         known = {name: np.array(v) for name, v in own.items() if v is not None}
         fields = known | self._fields()
@@ -366,6 +438,21 @@ def pixel_grid(width: int, height: int) -> NDArray[np.float64]:
     """
     v, u = np.mgrid[:height, :width]
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
+
+
+def covariance_between(nodes, places, inside):
+    """Covariances (N, 2, 2), bilinear between nodes (rows, columns, 3) uu, uv, vv, at
+    places (N, 2) (column, row); NaN where not inside (N,)."""
+    found = np.full((len(places), 2, 2), np.nan)
+    limit = np.array(nodes.shape[1::-1]) - 2
+    cell = np.clip(places[inside].astype(int), 0, limit)
+    s, t = (places[inside] - cell).T[..., None]
+    i, j = cell.T
+    upper = (1 - s) * nodes[j, i] + s * nodes[j, i + 1]
+    lower = (1 - s) * nodes[j + 1, i] + s * nodes[j + 1, i + 1]
+    uu, uv, vv = ((1 - t) * upper + t * lower).T
+    found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
+    return found
 
 
 # Cameras that contain another camera: the viewer of mirrors, the lens of a field.

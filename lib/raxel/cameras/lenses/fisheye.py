@@ -124,19 +124,8 @@ class FisheyeCamera(Camera):
         valid &= np.isfinite(pixels).all(axis=1)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays through the origin of pixels.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays through the origin."""
         pixels = as_rows(pixels, 2)
         with np.errstate(over="ignore", invalid="ignore"):
             offset = (pixels - self.principal_point) / self.focal_px

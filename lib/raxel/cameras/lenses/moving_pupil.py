@@ -121,19 +121,8 @@ class AxialCamera(NamedFields, Camera):
         rise = 2 * angle * np.polyval(np.polyder(shift), angle**2)
         return growth * value, slope * value + growth * rise
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels; origins on the axis.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays; origins on the axis."""
         rays = self._lens.rays(pixels)
         z0, _ = self.pupil(_angle(rays.directions))
         origins = rays.origins + np.column_stack([0 * z0, 0 * z0, z0])
@@ -250,19 +239,8 @@ class MovingPupilCamera(NamedFields, Camera):
         """Largest angle of the lens, rad."""
         return self.lens.max_angle
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels; origins on the axis.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays; origins on the axis."""
         rays = self.lens.rays(pixels)
         z0, _ = pupil_heights(_angle(rays.directions), self.pupil_shift)
         return Rays(

@@ -229,19 +229,8 @@ class PerspectiveCamera(Camera):
         valid = inside & np.isfinite(pixels).all(axis=1)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays through the origin of pixels: 2.1, then the inverse of 2.4.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays through the origin: 2.1, then the inverse of 2.4."""
         u, v = as_rows(pixels, 2).T
         y = (v - self.K[1, 2]) / self.K[1, 1]
         with np.errstate(invalid="ignore"):

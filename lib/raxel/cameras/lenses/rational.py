@@ -237,19 +237,8 @@ class LiftedRationalCamera(NamedFields, Camera):
             raise InputError("field 'A': the image folds at its centre; give another A")
         self.max_radius_px = self._map.limit * self._scale
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays through the origin of pixels, in closed form.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays through the origin, in closed form."""
         with np.errstate(over="ignore", invalid="ignore"):
             p = (as_rows(pixels, 2) - self._centre) / self._scale
         q, valid = self._map.apply(p)

@@ -58,19 +58,8 @@ class OrthographicCamera(NamedFields, Camera):
         self.pixels_per_mm = float(checked_positive("pixels_per_mm", pixels_per_mm))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays along +z through pixels.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays along +z."""
         pixels = near_rows(pixels, 2)
         valid = np.isfinite(pixels).all(axis=1)
         origins = np.full((len(pixels), 3), np.nan)
@@ -161,19 +150,8 @@ class PushbroomCamera(NamedFields, Camera):
                 "(otherwise all rows see one plane)"
             )
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels, from the centres of their rows.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays from the centres of their rows."""
         u, v = near_rows(pixels, 2).T
         x = (u - self.principal_column) / self.focal_px
         d = np.column_stack([x, 0 * x, 1 + 0 * x]) / np.hypot(x, 1)[:, None]
@@ -297,19 +275,8 @@ class XSlitsCamera(NamedFields, Camera):
             )
         return slits
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels; origins on the slit farther ahead.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays; origins on the slit farther ahead."""
         place = (near_rows(pixels, 2) - self.principal_point) / self.pixels_per_mm
         points = np.column_stack([place, np.full(len(place), self.image_distance)])
         directions, along, valid = self._lines(points)

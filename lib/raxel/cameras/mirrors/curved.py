@@ -40,19 +40,8 @@ class MirrorCamera(Camera):
         self._eye = self._T_mirror_viewer[:3, 3]
         self._axis = self._T_mirror_viewer[:3, 2]
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels; origins on the mirror.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays; origins on the mirror."""
         seen = self.viewer.rays(as_rows(pixels, 2))
         met = self.mirror.reflect(
             transform(self._T_mirror_viewer, seen.origins),

@@ -113,19 +113,8 @@ class PlanarMirrorsCamera(Camera):
         facet, _ = self._first_facet(seen.origins, seen.directions)
         return facet
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels; origins on the facets.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays; origins on the facets."""
         seen = self.viewer.rays(as_rows(pixels, 2))
         facet, distance = self._first_facet(seen.origins, seen.directions)
         valid = facet >= 0

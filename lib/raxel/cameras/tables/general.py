@@ -278,19 +278,8 @@ class GeneralCamera(Camera):
         """Share of the pixels that have a ray."""
         return float(np.mean(self.mask))
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels by interpolation in the table.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays by interpolation in the table."""
         pixels = as_rows(pixels, 2)
         # One memory layout, since compiled loops depend on it.
         pixels = np.array(pixels, order="C")

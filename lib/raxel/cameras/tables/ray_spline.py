@@ -22,6 +22,7 @@ from raxel.cameras.core.base import (
     checked_array,
     checked_positive,
     checked_rigid,
+    covariance_between,
     near_rows,
     nested_fields,
 )
@@ -160,19 +161,8 @@ class RaySplineCamera(Camera):
         """Return the field s `(N, 2)`, px, at pixels `(N, 2)`."""
         return field_at(as_rows(pixels, 2), self.control, self.spacing_px)[0]
 
-    def rays(self, pixels: ArrayLike) -> Rays:
-        """Return the rays of pixels.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        Rays
-            Rays of pixels.
-        """
+    def _rays(self, pixels: ArrayLike) -> Rays:
+        """Rays of the trend at the displaced pixels."""
         pixels = near_rows(pixels, 2)
         return self._in_camera(self.trend.rays(pixels + self.displacement(pixels)))
 
@@ -220,14 +210,10 @@ class RaySplineCamera(Camera):
             Covariances, px^2, NaN outside the image, or if none are known.
         """
         pixels = as_rows(pixels, 2)
-        found = np.full((len(pixels), 2, 2), np.nan)
-        inside = self.in_image(pixels)
-        if self.covariance is not None:
-            uu, uv, vv = _bilinear(
-                self.covariance, (pixels[inside] + 0.5) / (self.spacing_px / 2)
-            ).T
-            found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
-        return found
+        if self.covariance is None:
+            return np.full((len(pixels), 2, 2), np.nan)
+        places = (pixels + 0.5) / (self.spacing_px / 2)
+        return covariance_between(self.covariance, places, self.in_image(pixels))
 
     def _in_camera(self, rays):
         T = self.T_camera_trend
@@ -272,14 +258,3 @@ def _check_shape(name, array, shape):
             f"field '{name}': found shape {array.shape}; give {shape} for this size of "
             "image and these cells"
         )
-
-
-def _bilinear(nodes, places):
-    """Values (N, C) between nodes (rows, columns, C) at places (N, 2) (column, row)."""
-    limit = np.array(nodes.shape[1::-1]) - 2
-    cell = np.minimum(places.astype(int), limit)
-    s, t = (places - cell).T[..., None]
-    i, j = cell.T
-    upper = (1 - s) * nodes[j, i] + s * nodes[j, i + 1]
-    lower = (1 - s) * nodes[j + 1, i] + s * nodes[j + 1, i + 1]
-    return (1 - t) * upper + t * lower

@@ -1,0 +1,50 @@
+"""Predicted errors of the rays of a camera, at nodes over its image.
+
+A formula has the covariance of its parameters. A table has none: half of the difference
+between the rays of halves of the images is the error of all, in the root mean square.
+"""
+
+import numpy as np
+
+from raxel.evaluation.distortion import pixels_by_point
+from raxel.evaluation.misfit import without_turns
+from raxel.geometry.poses import cross_matrix
+
+N_CELLS = 32  # along the longer side of the image
+
+
+def node_pixels(camera):
+    """Pixels (rows, columns, 2) of `Camera.error_nodes`."""
+    size = np.array([camera.width, camera.height])
+    counts = np.ceil(size * N_CELLS / size.max()).astype(int) + 1
+    u, v = (np.linspace(-0.5, w - 0.5, n) for w, n in zip(size, counts, strict=True))
+    return np.stack(np.meshgrid(u, v), axis=-1)
+
+
+def errors_of_formula(camera, distance, slopes, covariance):
+    """`Camera.error_nodes` by the covariance (P, P) of parameters.
+
+    distance: of the boards, at which rays are compared; slopes: function of points (N,
+    3), which returns the derivatives (N, 2, P) of their pixels.
+    """
+    places = node_pixels(camera)
+    pixels = places.reshape(-1, 2)
+    rays = camera.rays(pixels)
+    points = rays.origins + distance * rays.directions
+    turns = pixels_by_point(camera, pixels, points) @ -cross_matrix(points)
+    changes = slopes(points)
+    known = np.isfinite(turns).all(axis=(1, 2)) & np.isfinite(changes).all(axis=(1, 2))
+    own = without_turns(turns[known], changes[known])
+    errors = own @ covariance @ own.transpose(0, 2, 1)
+    found = np.full((len(pixels), 3), np.nan)
+    found[known] = errors[:, [0, 0, 1], [0, 1, 1]]
+    return found.reshape(*places.shape[:2], 3)
+
+
+def errors_of_table(camera, halves):
+    """`Camera.error_nodes` by the SplitHalf of a camera: the same at each ray."""
+    places = node_pixels(camera)
+    inside = np.clip(places, 0, [camera.width - 1, camera.height - 1])
+    known = camera.rays(inside.reshape(-1, 2)).valid.reshape(places.shape[:2])
+    squares = np.mean([each.disagreement_px**2 for each in halves.divisions]) / 4
+    return np.where(known[..., None], squares / 2 * np.array([1.0, 0, 1.0]), np.nan)
