@@ -34,7 +34,7 @@ from raxel.evaluation.diagnoses import (
 from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.ray_errors import errors_of_formula, errors_of_table
+from raxel.evaluation.ray_errors import errors_of_formula, errors_of_table, next_place
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
 from raxel.report.page import PAGE
@@ -158,6 +158,8 @@ def _calibrated(name, task, asked, details):
     halves = split_half(fitted.camera, images, used, fitted.shape)
     if halves and model in TABLES:
         fitted.camera.error_nodes = errors_of_table(fitted.camera, halves)
+    place, sd_px = next_place(fitted.camera) or (None, None)
+    result["next_image"] = {"place": place, "sd_px": sd_px}
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}

@@ -319,6 +319,10 @@ SUMMARY = {
         "; SD of rays {sd_under_boards_px:.2g| px} there, up to "
         "{largest_sd_px:.2g| px} outside",
     ),
+    "next": (
+        "next image",
+        "{target} at the {place} of the image, where rays are least certain",
+    ),
     "viewer": ("camera", "{viewer}"),
     "clamp": (
         "clamp line",
@@ -573,6 +577,8 @@ def summary(
 ) -> Iterator[tuple[str, str]]:
     """Yield (label, text) of what was tested; needed: boards that the tests require."""
     lengths = {"unit": result["unit"], "needed": needed}
+    if result["next_image"]["place"]:
+        yield line("next", words, result["next_image"])
     yield line("noise", words, result["misfit"])
     yield from shape_lines(result["board_shape"], words, lengths)
     if "one_centre" in result:

@@ -11,6 +11,7 @@ from raxel.evaluation.misfit import without_turns
 from raxel.geometry.poses import cross_matrix
 
 N_CELLS = 32  # along the longer side of the image
+ROWS, COLUMNS = ("upper", "middle", "lower"), ("left", "centre", "right")
 
 
 def node_pixels(camera):
@@ -48,3 +49,20 @@ def errors_of_table(camera, halves):
     known = camera.rays(inside.reshape(-1, 2)).valid.reshape(places.shape[:2])
     squares = np.mean([each.disagreement_px**2 for each in halves.divisions]) / 4
     return np.where(known[..., None], squares / 2 * np.array([1.0, 0, 1.0]), np.nan)
+
+
+def next_place(camera):
+    """(name of the ninth of the image whose rays are least certain, its RMS SD px), or
+    None where no errors are known. A ninth without rays is uncertain by the image."""
+    errors = camera.pixel_covariance(node_pixels(camera).reshape(-1, 2))
+    squares = np.trace(errors, axis1=1, axis2=2).reshape(node_pixels(camera).shape[:2])
+    if np.isnan(squares).all():
+        return None
+    squares = np.where(np.isnan(squares), float(camera.width) ** 2, squares)
+    ninths = {
+        f"{row} {column}": np.sqrt(part.mean())
+        for row, rows in zip(ROWS, np.array_split(squares, 3, axis=0), strict=True)
+        for column, part in zip(COLUMNS, np.array_split(rows, 3, axis=1), strict=True)
+    }
+    place = max(ninths, key=ninths.__getitem__)
+    return place, float(ninths[place])

@@ -35,6 +35,12 @@ RESIDUAL = (160, 60, 0)
 CUT = (30, 30, 200)
 BOARDS = ((235, 206, 170), (222, 165, 100), (170, 95, 30))  # 1, 2, 3 and more
 EDGE_OF_RAYS = (0, 120, 255)
+# Steps of predicted SDs, their colours, and those above and unknown.
+ERROR_STEPS_PX = (0.05, 0.1, 0.2, 0.5, 1.0)
+ERROR_COLOURS = (
+    (247, 235, 222), (225, 202, 158), (214, 174, 107), (189, 130, 49), (156, 81, 8),
+    (60, 60, 190), (200, 200, 200),
+)  # fmt: skip
 # Of boards, in turn; distinguishable without red or green.
 COLOURS = (
     (178, 114, 0), (0, 94, 213), (115, 158, 0), (167, 121, 204), (0, 159, 230),
@@ -187,6 +193,21 @@ def coverage_figure(views, width, height, mask=None):
         for point in view.pixels[np.isfinite(view.pixels[:, 0])]:
             canvas.ring(point, INK, 1, -1)
     return canvas.with_legend([*legend, (INK, "corners")] if boards else legend)
+
+
+def error_figure(camera):
+    """Predicted SD of where in the image the rays of a camera belong, in steps."""
+    canvas = Canvas(camera.width, camera.height)
+    height, width = canvas.image.shape[:2]
+    v, u = (np.mgrid[:height, :width] + 0.5) / canvas.scale - 0.5
+    errors = camera.pixel_covariance(np.column_stack([u.ravel(), v.ravel()]))
+    sd = np.sqrt(np.trace(errors, axis1=1, axis2=2))
+    step = np.searchsorted(ERROR_STEPS_PX, sd)
+    step[np.isnan(sd)] = len(ERROR_COLOURS) - 1
+    canvas.image = np.array(ERROR_COLOURS, np.uint8)[step].reshape(height, width, 3)
+    texts = [f"up to {step:g} px" for step in ERROR_STEPS_PX]
+    texts += [f"above {ERROR_STEPS_PX[-1]:g} px", "unknown"]
+    return canvas.with_legend(list(zip(ERROR_COLOURS, texts, strict=True)))
 
 
 def _arrows(canvas, pixels, residuals, scale, colour):

@@ -20,6 +20,7 @@ from raxel.evaluation.diagnoses import (
     comparison_lines,
     line,
     number,
+    overview,
     summary,
 )
 from raxel.evaluation.distortion import MIN_N_BOARDS
@@ -37,11 +38,11 @@ from raxel.sets.model import ImageSet, words_of
 # A report is a folder: complete, or as it was before.
 
 
-PAGE = "index.html"
+PAGE, ERRORS = "index.html", "uncertainty.png"
 MARK = '<meta name="generator" content="raxel calibrate">'
 FILES = re.compile(
     r"index\.html|(corners|points|residuals|shape)-\d+\.jpg|"
-    r"(residuals|coverage|stability|profiles)\.png"
+    r"(residuals|coverage|stability|profiles|uncertainty)\.png"
 )
 
 
@@ -151,11 +152,35 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 .divisions td.number { white-space: nowrap; }
 .pairs th::first-letter { text-transform: uppercase; }
 .wide { overflow-x: auto; }
+pre { overflow-x: auto; }
 img { max-width: 100%; height: auto; background: #fff; }
 figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 .warning { color: var(--warn); }
 """
 FORMATS = {"rms_px": ".3f", "median_px": ".3f", "mean_deg": ".4f"}
+# Format of `raxel export`, file, line of code that reads it.
+READERS = (
+    (
+        "opencv",
+        "camera.yaml",
+        "K = cv2.FileStorage('camera.yaml', 0).getNode('camera_matrix').mat()",
+    ),
+    (
+        "ros",
+        "camera_info.yaml",
+        "camera_info_manager: camera_info_url: camera_info.yaml",
+    ),
+    ("kalibr", "camchain.yaml", "kalibr_calibrate_imu_camera --cams camchain.yaml ..."),
+    ("colmap", "cameras.txt", "reconstruction = pycolmap.Reconstruction('.')"),
+    ("nerfstudio", "transforms.json", "ns-train nerfacto --data ."),
+    ("mrcal", "camera.cameramodel", "model = mrcal.cameramodel('camera.cameramodel')"),
+    (
+        "maps",
+        "maps.npz",
+        "image = cv2.remap(image, maps['mapx'], maps['mapy'], cv2.INTER_LINEAR)",
+    ),
+    ("table", "rays.npz", "rays = np.load('rays.npz')['directions']"),
+)
 HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean angle (deg)")
 RULE = (
     "{target}s differ from each other {found[photographs_over_scatter]:.2g} times as "
@@ -198,7 +223,10 @@ class ReportImage(NamedTuple):
 
 
 def page(
-    image_set: ImageSet, result: dict[str, Any], images: Sequence[ReportImage]
+    image_set: ImageSet,
+    result: dict[str, Any],
+    images: Sequence[ReportImage],
+    has_errors: bool,
 ) -> str:
     """Return the page as text.
 
@@ -210,6 +238,8 @@ def page(
         What `raxel calibrate` writes as JSON.
     images : sequence of ReportImage
         The images.
+    has_errors : bool
+        Whether there is the figure ERRORS of predicted errors.
 
     Returns
     -------
@@ -222,7 +252,7 @@ def page(
         f"<h1>{title}</h1>",
         f"<p>{escape(image_set.camera or 'No description of the camera.')}</p>",
         *warnings(result["warnings"]),
-        pairs(_rows(image_set, result, words)),
+        pairs(overview(result, words)),
         "<h2>Residuals in the image</h2>",
         figure(
             "residuals.png",
@@ -239,11 +269,34 @@ def page(
             f"Number of {words.target}s that cover each part of the image. Without a "
             f"{words.target}, a parametric model extrapolates and a table has no rays.",
         ),
+        *(_errors(words) if has_errors else ()),
         "<h2>Images</h2>",
         table(("Image", f"{words.point}s".capitalize(), *HEADS), map(_row, images)),
         *(_figures(p, words) for p in images if p.score is not None),
+        "<h2>Use the camera</h2>",
+        _files(result.get("camera_file", "camera.npz")),
+        "<h2>All results</h2>",
+        pairs(_rows(image_set, result, words)),
     ]
     return document(title, parts)
+
+
+def _errors(words):
+    """The map of predicted errors."""
+    caption = (
+        "Predicted standard deviation of where in the image each ray belongs, after "
+        "the best rotation of the camera."
+    )
+    return ["<h2>Uncertainty of the rays</h2>", figure(ERRORS, caption)]
+
+
+def _files(camera):
+    """Files to take away, with the code that reads each."""
+    lines = (
+        f"# raxel export {camera} --format {name} --out {file}\n{code}"
+        for name, file, code in READERS
+    )
+    return f"<pre><code>{escape(chr(10).join(lines))}</code></pre>"
 
 
 def document(title, parts):

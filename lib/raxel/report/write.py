@@ -20,11 +20,12 @@ from raxel.report.images import (
     corner_figure,
     coverage_figure,
     disagreement_figure,
+    error_figure,
     grid_figure,
     pooled_figure,
     residual_figure,
 )
-from raxel.report.page import PAGE, ReportImage, page
+from raxel.report.page import ERRORS, PAGE, ReportImage, page
 from raxel.sets import read_image
 from raxel.sets.model import ImageSet, View
 
@@ -92,13 +93,17 @@ def write_report(
         "residuals.png": pooled_figure(*size, [_arrows(*p) for p in pairs], scale),
         "coverage.png": coverage_figure(views, *size, mask),
     }
+    if np.isfinite(fitted.camera.pixel_covariance([[(s - 1) / 2 for s in size]])).all():
+        drawn[ERRORS] = error_figure(fitted.camera)
     if stability is not None:
         drawn["stability.png"] = disagreement_figure(
             *size, stability.pixels, stability.divisions[0]
         )
     for name, drawing in drawn.items():
         (folder / name).write_bytes(encoded(drawing, ".png"))
-    (folder / PAGE).write_text(page(image_set, result, images), "utf-8")
+    (folder / PAGE).write_text(
+        page(image_set, result, images, ERRORS in drawn), "utf-8"
+    )
 
 
 def _arrows(view, score):
