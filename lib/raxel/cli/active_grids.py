@@ -39,7 +39,7 @@ HEADER = """\
 # the same for all images, and nothing is overexposed. Give the photographs the names of
 # the patterns, put them into a new folder with this file (each pose into its own
 # folder, as below), and fill in:
-# - resolution: width and height of the photographs in px
+# - resolution: width and height of the images in px
 # - monitor_mm: width and height of the lit area in mm, [w, h], if it is null
 # Further poses are further entries of views, with other names for their files.
 """

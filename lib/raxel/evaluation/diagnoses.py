@@ -321,7 +321,8 @@ SUMMARY = {
     ),
     "next": (
         "next image",
-        "{target} at the {place} of the image, where rays are least certain",
+        "{target} in the {place} of the image, where rays are least certain (SD "
+        "{sd_px:.2g| px})",
     ),
     "viewer": ("camera", "{viewer}"),
     "clamp": (
@@ -485,7 +486,7 @@ def score_text(scores: dict[str, Any], words: Words = BOARDS) -> str:
 
 
 def overview(result: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
-    """Yield the five (label, text) of a calibration that matter most to its user.
+    """Yield the six (label, text) of a calibration that matter most to its user.
 
     Parameters
     ----------
@@ -526,6 +527,8 @@ def overview(result: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
     area = result.get("beyond_boards")
     outside = line("outside", words, area)[1] if area else ""
     yield line("area", words, camera, {"outside": outside})
+    if result["next_image"]["place"]:
+        yield line("next", words, result["next_image"])
 
 
 def _shortened(reason):
@@ -577,8 +580,6 @@ def summary(
 ) -> Iterator[tuple[str, str]]:
     """Yield (label, text) of what was tested; needed: boards that the tests require."""
     lengths = {"unit": result["unit"], "needed": needed}
-    if result["next_image"]["place"]:
-        yield line("next", words, result["next_image"])
     yield line("noise", words, result["misfit"])
     yield from shape_lines(result["board_shape"], words, lengths)
     if "one_centre" in result:

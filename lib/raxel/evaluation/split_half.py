@@ -230,8 +230,8 @@ def halves_of(pairs):
     # The direction to the camera in the board's own frame.
     x, y, _ = rotate(np.swapaxes(T, 1, 2), at[:, None])[:, 0].T / distance
     along, normal = T[:, :3, 0], T[:, :3, 2]
-    yield "order of the photographs", np.arange(n) < n // 2
-    yield "every other photograph", np.arange(n) % 2 == 0
+    yield "order of the images", np.arange(n) < n // 2
+    yield "every other image", np.arange(n) % 2 == 0
     for name, values in (
         ("left and right in the image", middles[:, 0]),
         ("top and bottom in the image", middles[:, 1]),

@@ -1,6 +1,5 @@
 from .homography import apply_homography as apply_homography
 from .homography import homography_dlt as homography_dlt
-from .homography import homography_ransac as homography_ransac
 from .homography import normalising as normalising
 from .homography import refine_homography as refine_homography
 from .homography import robust_start as robust_start

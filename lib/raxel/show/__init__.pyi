@@ -11,7 +11,6 @@ from .cameras import viewing_rays as viewing_rays
 from .rendering import html as html
 from .rendering import image_array as image_array
 from .rendering import png as png
-from .scene import CLEAR as CLEAR
 from .scene import Arrows as Arrows
 from .scene import Labels as Labels
 from .scene import Points as Points

@@ -65,7 +65,7 @@ def by_name(found, name):
 def test_disagreement_of_two_cameras_is_that_of_their_rays():
     found = found_in(views_of(7 * [CAMERA] + 7 * [OTHER], 1))
     assert not found.stable
-    halves = by_name(found, "order of the photographs")
+    halves = by_name(found, "order of the images")
     assert halves.halves[0] == tuple(f"{k}.png" for k in range(7))
     there = np.isfinite(halves.field[:, 0])
     assert there.mean() > 0.4

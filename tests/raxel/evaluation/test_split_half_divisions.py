@@ -51,5 +51,5 @@ def test_halves_by_position():
     ways = dict(halves_of([seen(at, (0, 0, 0)) for at in corners]))
     np.testing.assert_array_equal(ways["left and right in the image"], [1, 0, 1, 0])
     np.testing.assert_array_equal(ways["top and bottom in the image"], [1, 1, 0, 0])
-    np.testing.assert_array_equal(ways["every other photograph"], [1, 0, 1, 0])
-    np.testing.assert_array_equal(ways["order of the photographs"], [1, 1, 0, 0])
+    np.testing.assert_array_equal(ways["every other image"], [1, 0, 1, 0])
+    np.testing.assert_array_equal(ways["order of the images"], [1, 1, 0, 0])

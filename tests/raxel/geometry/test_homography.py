@@ -6,14 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from raxel.errors import InputError
-from raxel.geometry import (
-    apply_homography,
-    homography_dlt,
-    homography_ransac,
-    refine_homography,
-)
+from raxel.geometry import apply_homography, homography_dlt, refine_homography
 from raxel.geometry.homography import (
     OUTLIER_SIGMAS,
+    homography_ransac,
     random_samples,
     robust_start,
     transfer_jacobian,

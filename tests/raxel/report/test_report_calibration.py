@@ -75,7 +75,7 @@ def test_page_has_every_name_as_text_and_every_figure(tmp_path):
     assert any(text.startswith("warning: d.png: excluded") for text in seen.texts)
     figures = {path.name for path in report.iterdir()} - {"index.html"}
     assert set(seen.sources) == figures
-    assert len(figures) == 2 * 3 + 2
+    assert len(figures) == 2 * 3 + 3
     assert all(cv2.imread(str(report / name)) is not None for name in figures)
 
 
@@ -99,7 +99,7 @@ def test_page_shows_the_split_half_test(tmp_path, monkeypatch):
     seen = Seen()
     seen.feed((report / "index.html").read_text("utf-8"))
     assert "stability.png" in seen.sources
-    assert {"near and far", "order of the photographs"} <= set(seen.texts)
+    assert {"near and far", "order of the images"} <= set(seen.texts)
     halves = [text for text in seen.texts if "half of the worst division: " in text]
     assert len(halves) == 2
     assert all(sum(f"{k}.png" in text for text in halves) == 1 for k in range(6))

@@ -14,7 +14,6 @@ from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.io import rendering
 from raxel.sets import Chessboard
 from raxel.show import (
-    CLEAR,
     Arrows,
     Labels,
     Points,
@@ -32,6 +31,7 @@ from raxel.show import (
 from raxel.show import rendering as page
 from raxel.show.meshes import drawn_parts
 from raxel.show.rendering import THEMES
+from raxel.show.scene import CLEAR
 from raxel.show.view import mm_per_px, projected
 
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
