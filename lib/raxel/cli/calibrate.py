@@ -9,7 +9,15 @@ import numpy as np
 from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.calibration.parametric.opencv_fits import found_corners
 from raxel.cli import findings
-from raxel.cli.models import CENTRAL_FITS, FITS, MIN_N_VIEWS, MISFITS, STAGES, TABLES
+from raxel.cli.models import (
+    CENTRAL_FITS,
+    FITS,
+    MIN_N_VIEWS,
+    MISFITS,
+    PUPILS,
+    STAGES,
+    TABLES,
+)
 from raxel.cli.outputs import check_outputs, check_writable, write_results
 from raxel.cli.sets import check_result_folder, opened_set, write_used_set
 from raxel.cli.views import check_options, seen_in
@@ -54,9 +62,9 @@ class Task(NamedTuple):
     words: Words
     say: Callable
 
-    def fitted(self, model, views):
+    def fitted(self, model, views, **more):
         """The Fitted model of these views."""
-        return self.fits[model](views, self.size, self.unit)
+        return self.fits[model](views, self.size, self.unit, **more)
 
 
 def calibrate(options, say):
@@ -125,9 +133,10 @@ def _calibrated(name, task, asked, details):
     lines (label, text) to the details."""
     _, views, size, unit, words, _ = task
     result, warnings = {"set": name, "model": asked, "unit": unit}, []
-    fit = functools.cache(functools.partial(_fitted, task))
+    whole = functools.cache(lambda model: task.fitted(model, task.views))
+    fit = functools.cache(functools.partial(_fitted, task, whole))
     if asked == "auto":
-        comparison = _compared(task, fit)
+        comparison = _compared(task, whole, fit)
         result["model"], result["chosen_because"] = comparison.choice()
         result["cross_validation"] = comparison.fields()
         warnings += comparison.diagnoses()
@@ -176,13 +185,14 @@ def _calibrated(name, task, asked, details):
     return result, warnings, fitted, right.whole, halves
 
 
-def _fitted(task, model):
-    """`_with_corners` of a model. Of boards that do not determine the focal length,
-    tables have other errors than lens models have: these are tested first."""
+def _fitted(task, whole, model):
+    """`_with_corners` of a model; whole: the function that fits it to all views. Of
+    boards that do not determine the focal length, tables have other errors than lens
+    models have: these are tested first."""
     views, words = task.views, task.words
     task.say(f"{model}: fitting {len(views)} {words.target}s")
     try:
-        return _with_corners(task, model, task.fitted(model, views))
+        return _with_corners(task, model, whole(model))
     except CalibrationError:
         if model in TABLES:
             lens = task.fitted("kannala-brandt", views)
@@ -276,9 +286,9 @@ def _misfit_warnings(found, asked, right, fitted, about):
         )
 
 
-def _compared(task, fit):
+def _compared(task, whole, fit):
     """ModelComparison by cross-validation, of further STAGES as long as the best model
-    so far does not fit."""
+    so far does not fit. All views decide if the entrance pupil of a model moves."""
     folds = min(FOLDS, len(task.views))
     names, known_fits = [], {}
 
@@ -286,7 +296,11 @@ def _compared(task, fit):
         key = name, *(view.name for view in views)
         if key not in known_fits:
             task.say(f"cross-validation: {name} on {len(views)} views")
-            known_fits[key] = task.fitted(name, views)
+            more = {}
+            if name in PUPILS:
+                pupil = whole(name).details["pupil"]
+                more["pupil"] = PUPILS[name] if pupil and pupil["moves"] else "fixed"
+            known_fits[key] = task.fitted(name, views, **more)
         return known_fits[key].camera, known_fits[key].shape
 
     for stage, largest in STAGES:
