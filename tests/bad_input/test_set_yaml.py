@@ -264,7 +264,7 @@ def test_binary_set_yaml_is_rejected(broken, fails):
 
 
 def test_folder_without_set_is_rejected(fails, tmp_path):
-    assert "not an image set (no set.yaml)" in fails("check", tmp_path)
+    assert "no image; give a folder with PNG" in fails("check", tmp_path)
     assert "no such folder; give the folder" in fails("check", tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
     assert "is a file; give the folder" in fails("check", tmp_path / "file")

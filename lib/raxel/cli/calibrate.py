@@ -51,7 +51,7 @@ from raxel.sets.model import Words, words_of
 FOLDS = 4
 
 
-class Task(NamedTuple):
+class Fitting(NamedTuple):
     """fits: function of each model; views; size: (width, height); unit: of lengths;
     words: of the target; say: for progress."""
 
@@ -86,7 +86,7 @@ def calibrate(options, say):
     details = [("", text) for text in seen.lines()]
     fits = CENTRAL_FITS if options.central else FITS
     words, size = words_of(image_set.target), (image_set.width, image_set.height)
-    task = Task(fits, seen.views, size, image_set.target.unit, words, say)
+    task = Fitting(fits, seen.views, size, image_set.target.unit, words, say)
     try:
         result, warnings, fitted, evaluation, halves = _calibrated(
             image_set.name, task, options.model, details

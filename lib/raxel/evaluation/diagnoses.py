@@ -321,8 +321,7 @@ SUMMARY = {
     ),
     "next": (
         "next image",
-        "{target} in the {place} of the image, where rays are least certain (SD "
-        "{sd_px:.2g| px})",
+        "{target} in the {place} of the image, where rays are least certain",
     ),
     "viewer": ("camera", "{viewer}"),
     "clamp": (

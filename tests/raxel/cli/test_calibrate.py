@@ -4,8 +4,10 @@ import json
 import re
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+import yaml
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import (
@@ -20,7 +22,6 @@ from raxel.cli import main
 from raxel.evaluation.cross_validation import Evaluation
 from raxel.evaluation.diagnoses import CORRECT_FIRST, STRICT, score_text
 from raxel.evaluation.json_fields import camera_fields
-from raxel.features.boards import detect_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
 from tests.made_sets import (
     BOARD,
@@ -56,31 +57,30 @@ def calibrate(tmp_path, capsys):
     return run
 
 
-def test_readme_commands_detect_corners_once(tmp_path, monkeypatch):
-    write_drawn_set(tmp_path / "my-camera", TILTS_DEG[:4])
+def test_readme_commands_lead_to_files_of_other_programs(tmp_path, monkeypatch):
+    write_drawn_set(tmp_path / "my-images", TILTS_DEG)
+    (tmp_path / "my-images/set.yaml").unlink()
     monkeypatch.chdir(tmp_path)
-    searched = []
-
-    def detect(image_set, detector, views, say=None):
-        searched.append(image_set.name)
-        return detect_boards(image_set, detector, views, say)
-
-    monkeypatch.setattr("raxel.cli.image_sets.detect_boards", detect)
-    # Which corners it takes does not depend on the model, and Zhang's is quick.
-    quick = {"zhang": calibrate_command.FITS["zhang"]}
-    monkeypatch.setattr(calibrate_command, "FITS", quick)
+    # Zhang's model is quick.
+    monkeypatch.setattr(calibrate_command, "STAGES", [(["zhang"], np.inf)])
     readme = (Path(__file__).parents[3] / "README.md").read_text("utf-8")
-    block = readme.split("$ pip install .\n")[1].split("```")[0]
+    block = readme.split("$ pip install .\n")[1].split("```")[0].replace("9x6", "7x5")
     orders = [line.removeprefix("$ raxel ").split() for line in block.splitlines()]
     assert [order[0] for order in orders] == [
-        "check", "corners", "calibrate", "evaluate", "undistort",
+        "board", "calibrate", "undistort", "export", "export", "export",
     ]  # fmt: skip
-    assert [main(order) for order in orders] == [0] * 5
-    assert searched == ["drawn", "drawn"]  # by check, in a few images, and by corners
-    assert (tmp_path / "calibration" / "index.html").is_file()
-    cells = load_camera("camera.npz").board_cells
-    assert max(cells.shape) == 64
-    assert 0.1 < cells.mean() < 1
+    assert [main(order) for order in orders] == [0] * len(orders)
+    camera = load_camera("my-images-calibration/camera.npz")
+    assert max(camera.board_cells.shape) == 64
+    assert 0.1 < camera.board_cells.mean() < 1
+    stored = cv2.FileStorage("camera.yaml", cv2.FILE_STORAGE_READ)
+    assert stored.getNode("camera_matrix").mat() == pytest.approx(camera.K)
+    colmap = np.array(
+        Path("cameras.txt").read_text().split("\n")[-2].split()[4:], float
+    )
+    assert colmap[2:4] == pytest.approx(camera.K[:2, 2] + 0.5)
+    ros = yaml.safe_load(Path("camera_info.yaml").read_text())
+    assert ros["camera_matrix"]["data"] == pytest.approx(camera.K.ravel())
 
 
 def test_score_text_has_no_nan():

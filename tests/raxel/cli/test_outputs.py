@@ -31,6 +31,7 @@ def needed(command, folder, camera, replaced):
     given = {
         "camera": camera, "set": folder, "rig": RIG, "what": folder,
         "--out": folder.parent / "new.npz", "--width": 64, "--height": 48,
+        "--squares": "5x4", "--pitch": 20, "--format": "ros", "file": RIG,
     } | replaced  # fmt: skip
     words = []
     for param in PROGRAM.commands[command].params:
@@ -83,7 +84,7 @@ def test_every_file_option_has_the_type_of_file_names():
     writing = {"--json", "--out", "--report"}
     assert {option for _, option in named("output")} == writing
     assert not writing & {option for _, option in named("input")}
-    assert len(named("output")) == 10
+    assert len(named("output")) == 13
 
 
 @pytest.mark.parametrize(("command", "option"), [*named("output"), *named("input")])
@@ -97,7 +98,8 @@ def test_empty_file_name_is_rejected(command, option, name, folder, camera, caps
 
 
 # What writes files, and takes one of the set for its input.
-OF_SETS = [pair for pair in named("output") if pair[0] not in ("render", "patterns")]
+WITHOUT = "render", "patterns", "export", "import", "board"
+OF_SETS = [pair for pair in named("output") if pair[0] not in WITHOUT]
 
 
 @pytest.mark.parametrize(("command", "option"), OF_SETS)

@@ -6,12 +6,14 @@ import pytest
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardShape
 from raxel.cameras import Projection
-from raxel.cli.calibrate import FITS, _with_corners
+from raxel.cli.calibrate import Fitting, _with_corners
+from raxel.cli.models import FITS
 from raxel.evaluation.board_corners import P_THRESHOLD, _displacements, board_corners
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import correction_fields, seen_on, without_turns
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix
+from raxel.sets.model import BOARDS
 from tests.board_scenes import BOARD, COLUMNS, PITCH, ROWS, board_poses
 from tests.raxel.evaluation.test_split_half import CAMERA, COUNT, SIZE, views_of
 
@@ -86,9 +88,9 @@ def test_fit_with_displaced_corners_is_nearer_to_the_truth():
     dent = np.exp(-((X - 0.4) ** 2 + (Y + 0.3) ** 2) / 0.2)[:, None] * [0.2, 0.0, 0.8]
     views, others = (seen(FORMS["lens of the printer"] + dent, n) for n in (35, 36))
     plain = calibrate_zhang(views, *SIZE).camera
-    given = views, SIZE, "mm"
-    fitted, silent = FITS["zhang"](*given), lambda _: None
-    found, right, corners = _with_corners(fitted, "zhang", FITS, *given, silent)
+    task = Fitting(FITS, views, SIZE, "mm", BOARDS, lambda text: None)
+    fitted = task.fitted("zhang", views)
+    found, right, corners = _with_corners(task, "zhang", fitted)
     assert corners.used
     assert off_px(found.camera, views) < 0.5 * off_px(plain, views)
     before = evaluate_camera(plain, others).rms_px

@@ -4,18 +4,17 @@ As `raxel calibrate` does it: a camera is fitted, wrong corners are left out, an
 boards' corners, halves of the images and single images are tested.
 """
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.cli.calibrate import _calibrated
+from raxel.cli.calibrate import Fitting, _calibrated
+from raxel.cli.models import FITS
 from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.split_half import split_half
 from raxel.geometry.planes import on_plane
-from raxel.sets.model import Chessboard
-from tests.board_scenes import BOARD, COLUMNS, PITCH, ROWS
+from raxel.sets.model import BOARDS
+from tests.board_scenes import BOARD
 from tests.raxel.evaluation.test_split_half import (
     CAMERA,
     COUNT,
@@ -139,10 +138,9 @@ def test_only_faults_are_reported(fault, seed):
 
 def test_inconsistent_image_is_no_evidence_about_the_board():
     """Displaced corners would absorb a part of it, and hide it."""
-    target = Chessboard(COLUMNS, ROWS, PITCH)
-    of_set = SimpleNamespace(name="", target=target, width=SIZE[0], height=SIZE[1])
     views = FAULTS["mirrored image"][0](41)
-    result, warnings, *_ = _calibrated(of_set, views, "zhang", lambda text: None)
+    task = Fitting(FITS, views, SIZE, "mm", BOARDS, lambda text: None)
+    result, warnings, *_ = _calibrated("", task, "zhang", [])
     assert [(each.code, each.values["file"]) for each in warnings] == [
         ("outlier-image", "6.png")
     ]
