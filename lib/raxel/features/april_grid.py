@@ -5,6 +5,7 @@ levels, as on a chessboard. Its window ends at the border of the code and at the
 tag.
 """
 
+import cv2
 import numpy as np
 
 from raxel.features.charuco import (
@@ -97,8 +98,6 @@ def find_april_grid(image, target):
 
 def _detect_tags(grey, family):
     """Numbers (N,), outlines (N, 4, 2) px and cells of the border of the tags."""
-    import cv2
-
     small = resized(grey, N_PIXELS)
     parameters = cv2.aruco.DetectorParameters()
     dictionary = dictionary_of(f"APRILTAG_{family}")
@@ -204,8 +203,6 @@ def _localise(grey, tags, target, border):
 
 def _patches(tags, step):
     """`Patches` of the corners of tags (N, 4, 2); step: in sides of a tag."""
-    import cv2
-
     square = UNIT_SQUARE.astype(np.float32)
     maps = [cv2.getPerspectiveTransform(square, one.astype(np.float32)) for one in tags]
     maps = np.array(maps).reshape(-1, 3, 3)

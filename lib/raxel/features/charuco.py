@@ -10,6 +10,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.features.chessboard.grids import Grid, mask_corners, patches_of, refine_grid
@@ -120,8 +121,6 @@ class _MarkerDetection:
 
 def _detect_markers(grey, target):
     """Detect the markers of a board in an image (height, width) uint8 by OpenCV."""
-    import cv2
-
     squares = target.columns + 1, target.rows + 1
     board = cv2.aruco.CharucoBoard(
         squares, target.pitch_mm, target.marker_mm, dictionary_of(target.dictionary)
@@ -137,8 +136,6 @@ def _detect_markers(grey, target):
 
 def dictionary_of(name):
     """The dictionary of OpenCV with this name, without DICT_."""
-    import cv2
-
     return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
 
 
@@ -166,8 +163,6 @@ def without_markers(grey, markers, squares):
     squares: side of a square over that of a marker. The paint continues the white
     around the painted area as a plane, since light falls off across a square.
     """
-    import cv2
-
     painted = grey.copy()
     for marker in markers:
         middle = marker.mean(axis=0)
@@ -257,8 +252,6 @@ def find_markers(image):
     image: (height, width), uint8 or uint16. Of the dictionaries, that with most decoded
     markers, if these are too many to be there by chance.
     """
-    import cv2
-
     grey = resized(as_8_bit(image), N_PIXELS)
     black = cv2.aruco.Dictionary(np.zeros((1, 2, 4), np.uint8), 4)  # no marker
     squares, _, others = cv2.aruco.ArucoDetector(black).detectMarkers(grey)[:3]
@@ -294,8 +287,6 @@ def _codes(name):
 
 def _code(grey, outline, n, border):
     """Bytes of the n x n cells inside an outline (4, 2); b"" without a black border."""
-    import cv2
-
     cells, side = n + 2 * border, CELL_PX * (n + 2 * border)
     square = np.array([[0, 0], [side, 0], [side, side], [0, side]], np.float32) - 0.5
     H = cv2.getPerspectiveTransform(outline, square)

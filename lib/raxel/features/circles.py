@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -39,8 +40,6 @@ def circle_lattice(grey):
     They are dark or bright, in a square, staggered or hexagonal pattern. Squares of a
     blurred chessboard are not discs: their edges have a fourfold symmetry.
     """
-    import cv2
-
     small = cv2.GaussianBlur(resized(grey, N_PIXELS), (3, 3), 0)
     scale = np.divide(grey.shape, small.shape)[::-1]
     for image in (small, 255 - small):
@@ -54,8 +53,6 @@ def circle_lattice(grey):
 
 def resized(grey, n_pixels):
     """An image of about so many pixels, enlarged at most MAX_SCALE times."""
-    import cv2
-
     scale = min(MAX_SCALE, np.sqrt(n_pixels / grey.size))
     how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
     return cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
@@ -63,8 +60,6 @@ def resized(grey, n_pixels):
 
 def _discs(grey):
     """Centres (N, 2) px of dark discs."""
-    import cv2
-
     window = int(WINDOW_FRACTION * min(grey.shape)) | 1
     mean, dark = cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY_INV
     binary = cv2.adaptiveThreshold(grey, 1, mean, dark, window, MARGIN_GREY)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -208,8 +209,6 @@ def chessboard_corners(
         (rows * columns, 2) pixels (u, v), row by row, from the corner with which OpenCV
         begins. None where OpenCV finds no board.
     """
-    import cv2
-
     size = columns, rows
     found, corners = cv2.findChessboardCorners(as_8_bit(image), size, flags=flags)
     return _all_of(found, corners, size)
@@ -237,8 +236,6 @@ def chessboard_corners_sb(
     NDArray[np.float64] or None
         As of `chessboard_corners`.
     """
-    import cv2
-
     size = columns, rows
     cv2.setRNGSeed(SECTOR_SEED)
     found, corners = cv2.findChessboardCornersSB(as_8_bit(image), size, flags=flags)
@@ -314,8 +311,6 @@ def find_opencv_sb(
 
 
 def _largest_board(image):
-    import cv2
-
     flags = SECTOR_FLAGS | cv2.CALIB_CB_LARGER
     found, corners, marks = cv2.findChessboardCornersSBWithMeta(
         as_8_bit(image), (MIN_N_CORNERS, MIN_N_CORNERS), flags=flags

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -73,8 +74,6 @@ def match_features(
     ----------
     Lowe 2004, doi:10.1023/B:VISI.0000029664.99615.94.
     """
-    import cv2
-
     if not 0 < ratio < 1 or not min_matches >= 1:
         raise InputError(
             f"features: found ratio {ratio} and min_matches {min_matches}; give a "
@@ -111,8 +110,6 @@ class _Neighbours(NamedTuple):
 
 
 def _features(image, name):
-    import cv2
-
     image = np.asarray(image)
     if image.ndim != 2 or image.dtype != np.uint8 or image.size == 0:
         raise InputError(

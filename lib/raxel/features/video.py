@@ -12,6 +12,7 @@ by OpenCV.
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.errors import InputError
@@ -132,8 +133,6 @@ def extrapolated(corners, columns, rows):
 
 def _flow_positions(before, after, corners, lattice, step):
     """Positions of the known corners by optical flow, corrected by the smooth flow."""
-    import cv2
-
     visible = np.flatnonzero(np.isfinite(corners[:, 0]))
     width = _odd_width(FLOW_WINDOW_STEPS * step, FLOW_WINDOW_LIMITS_PX)
     start = corners[visible].astype(np.float32)
@@ -204,8 +203,6 @@ def _likeness(image, corners, columns, rows, sense, step):
     1 where all agree, -1 where all are opposite, NaN where a corner or its neighbours
     are missing.
     """
-    import cv2
-
     along, down = _directions(corners.reshape(rows, columns, 2))
     reach = min(
         (_saddle_window(step) // 2 + SAMPLE_MARGIN_PX) / step, MAX_SAMPLE_REACH_STEPS

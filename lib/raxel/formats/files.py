@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 import yaml
 
@@ -62,8 +63,6 @@ def _lines(path):
 
 
 def _to_opencv(record, suffix):
-    import cv2
-
     mode = cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY
     file = cv2.FileStorage(".xml" if suffix == ".xml" else ".yml", mode)
     file.writeComment("\n".join(record.notes))
@@ -77,8 +76,6 @@ def _to_opencv(record, suffix):
 
 
 def _from_opencv(path, terms=12, omnidir=False):
-    import cv2
-
     check_file(path, MAX_BYTES)
     try:
         file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)

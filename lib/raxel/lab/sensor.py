@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
+import cv2
 import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -380,8 +381,6 @@ def bloom(
 
 def compressed(image, quality):
     """An image (H, W) or (H, W, 3), uint8, after JPEG and back."""
-    import cv2
-
     # OpenCV uses the order blue, green, red; the luminance weights depend on it.
     image = image[..., ::-1] if image.ndim == 3 else image
     as_file = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
@@ -406,8 +405,6 @@ def demosaiced(raw, pattern):
     Bilinear, as OpenCV does it, on numbers of 16 bit; the range leaves room for noise
     on both sides.
     """
-    import cv2
-
     low, high = -0.25, 1.25
     number = np.clip((raw - low) / (high - low), 0, 1) * 65535
     code = getattr(cv2, f"COLOR_Bayer{DEMOSAIC[pattern]}2RGB")

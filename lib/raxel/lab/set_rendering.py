@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
+import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -183,8 +184,6 @@ def _render_plain(rig, T_camera_board, rng):
 
 def grey_of(image: np.ndarray) -> np.ndarray:
     """Return an image (H, W) or (H, W, 3) in grey, (H, W), as OpenCV converts it."""
-    import cv2
-
     return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
 
 
@@ -228,8 +227,6 @@ def mirror_in_view(camera: Camera) -> NDArray[np.float32]:
     (H, W) float32 array
         The result is kept and shared: do not write to it.
     """
-    import cv2
-
     size = camera.width, camera.height
     u, v = (np.arange(0, n + RAY_STEP, RAY_STEP) for n in size)
     grid = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2).astype(float)
@@ -484,8 +481,6 @@ def render_set(
 
 def write_image(path, image):
     """An image (H, W) or (H, W, 3), red, green, blue, as PNG."""
-    import cv2
-
     if image.ndim == 3:
         image = image[..., ::-1]
     path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from raxel.errors import InputError
@@ -47,8 +48,6 @@ def save_frames(
     InputError
         If the file is no video, or has no frame.
     """
-    import cv2
-
     names, last = [], None
     for number, frame in _sharpest(video, every):
         grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
@@ -68,8 +67,6 @@ def save_frames(
 
 def _sharpest(video, every) -> Iterator[tuple[int, np.ndarray]]:
     """Yield the number and the pixels of the sharpest of each `every` frames."""
-    import cv2
-
     check_file(video, what="video")
     capture = cv2.VideoCapture(str(video))
     best, number = None, -1

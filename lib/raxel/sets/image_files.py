@@ -15,6 +15,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
@@ -131,8 +132,6 @@ def read_image(image_set: ImageSet, view: View | str) -> np.ndarray:
     >>> image.shape, image.dtype.name, int(image[0, 0])
     ((48, 64), 'uint8', 7)
     """
-    import cv2
-
     return _read(image_set, view, cv2.IMREAD_GRAYSCALE)
 
 
@@ -156,8 +155,6 @@ def read_colour(image_set: ImageSet, view: View | str) -> np.ndarray:
     InputError
         As `read_image`.
     """
-    import cv2
-
     return _read(image_set, view, cv2.IMREAD_ANYCOLOR)
 
 
@@ -295,8 +292,6 @@ def _streams_are_whole(data, tags):
 
 def _by_pillow(image, colour):
     """Return the pixels of a BMP; OpenCV supports only some masks and run lengths."""
-    import cv2
-
     if image.mode in ("1", "L"):
         return np.array(image.convert("L"))
     pixels = np.array(image.convert("RGB"))
@@ -306,8 +301,6 @@ def _by_pillow(image, colour):
 
 def _by_opencv(data, colour):
     """Return the pixels; None if decoding fails or loses some of them."""
-    import cv2
-
     mode = colour | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_WARNING)

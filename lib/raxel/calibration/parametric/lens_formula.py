@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import f as fisher
 
 from raxel.calibration.parametric.lens_bundle import (
     OUTLIER_SCALES,
@@ -181,8 +182,6 @@ def _shaped_board(fit, names, boards):
 def _wald(values, covariance, n_images):
     """p-value of values (k,) being 0; n_images: number of images behind the
     covariance."""
-    from scipy.stats import f as fisher
-
     ratio = values @ np.linalg.solve(covariance, values) / len(values)
     return float(fisher.sf(ratio, len(values), n_images - 1))
 
@@ -305,8 +304,6 @@ def _pupil_verdict(central_px, moving_px, chance):
 def _ratio_test(central, moving, boards):
     """p-value of the F test: the same model and loss, with and without a pupil
     shift."""
-    from scipy.stats import f as fisher
-
     free, q = free_of(moving, boards), moving.formula.pupil
     less, more = (
         max(fit.result.cost, free * MIN_RESIDUAL_PX**2) for fit in (central, moving)

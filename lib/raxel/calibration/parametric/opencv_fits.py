@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.calibration.views.correspondence import BoardView, check_view
@@ -100,8 +101,6 @@ def calibrate_zhang(
     >>> found.camera.K.round(2).tolist()
     [[800.0, 0.0, 320.0], [0.0, 800.0, 240.0], [0.0, 0.0, 1.0]]
     """
-    import cv2
-
     views = [found_corners(view) for view in views]  # type: ignore[misc]
     if len(views) < 2:
         raise InputError(
@@ -247,8 +246,6 @@ def calibrate_opencv_fisheye(
 def _fitted(views, width, height, focal_px):
     """FisheyeCalibration of (pixels, points) pairs, from an initial focal length,
     px."""
-    import cv2
-
     flat = [on_plane(points)[None] for _, points in views]
     corners = [pixels[None] for pixels, _ in views]
     start = np.diag([focal_px, focal_px, 1.0])

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from scipy.sparse import diags_array, eye_array, kron
 
 from raxel.cameras.tables.interpolation import (
     control_shape,
@@ -51,8 +52,6 @@ TIE_WEIGHT, FAR_TIE_WEIGHT, FADE_TIE_WEIGHT = 1 / 4, 1e-3, 1.0
 
 def penalty_matrix(shape):
     """(K, K) sparse, of the K = rows * columns control values of one coordinate."""
-    from scipy.sparse import eye_array, kron
-
     rows, columns = shape
     down, along = eye_array(rows), eye_array(columns)
     bends = [
@@ -77,8 +76,6 @@ def far_from_data(covered):
 
 
 def _differences(count, steps):
-    from scipy.sparse import diags_array
-
     order = len(steps) - 1
     return diags_array(steps, offsets=range(order + 1), shape=(count - order, count))
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import cv2
 import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -377,8 +378,6 @@ class BoardView(NamedTuple):
 
     def covered(self, width: int, height: int) -> NDArray[np.uint8]:
         """Return (height, width) uint8: 1 in cells whose four corners were found."""
-        import cv2
-
         covered = np.zeros((height, width), np.uint8)
         for corners in board_cells(self).corners:
             cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
@@ -662,8 +661,6 @@ def _label_image(cells):
 
     The border of the image is free, so neighbours of labelled pixels exist.
     """
-    import cv2
-
     low = np.floor(cells.corners.min(axis=(0, 1))).astype(int) - 3
     high = np.ceil(cells.corners.max(axis=(0, 1))).astype(int) + 3
     labels = np.full((high - low + 1)[::-1], -1, np.int32)

@@ -219,8 +219,6 @@ def _images(image_set, view):
 def _grey(image):
     if image.ndim == 2:
         return image
-    import cv2
-
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
     top = np.iinfo(image.dtype).max
     grey[(image == top).any(axis=2)] = top

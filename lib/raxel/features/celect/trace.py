@@ -11,6 +11,16 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from raxel.features.celect.compiled import (
+    farthest_ahead,
+    hough_space,
+    lines_of,
+    response_of,
+    set_within,
+    structure_tensor,
+    within,
+)
+
 # Length scales of the contours: Table 3.1 for the sides, the rule for the columns.
 
 
@@ -87,8 +97,6 @@ class Layers:
         return self._within(self._corners, centre, radius)
 
     def _within(self, layer, centre, radius):
-        from raxel.features.celect.compiled import within
-
         pieces = []
         for tile in self._tiles(centre, radius):
             if tile not in layer:
@@ -206,8 +214,6 @@ def vote(points: ArrayLike, centre: np.ndarray, radius: float) -> np.ndarray:
     np.ndarray
         (2 m + 1, 180) float32, R = 0 in the middle row.
     """
-    from raxel.features.celect.compiled import hough_space
-
     points = np.ascontiguousarray(points, float)
     return hough_space(points, centre, int(np.ceil(radius)) + 1)
 
@@ -232,8 +238,6 @@ def peaks_of(space: np.ndarray, settings: Any, s: float) -> Peaks:
     Peaks
         Lines and votes.
     """
-    from raxel.features.celect.compiled import lines_of
-
     suppress = (
         max(1, round(settings.suppression_radius * s)),
         settings.suppression_deg,
@@ -305,8 +309,6 @@ class Window(NamedTuple):
 
     def within(self, mask):
         """Pixels (n, 2) inside the circle where the mask (h, w) uint8 is set."""
-        from raxel.features.celect.compiled import set_within
-
         return set_within(mask, self.first, self.centre, float(self.radius))
 
 
@@ -426,8 +428,6 @@ def canny_edges(window: Window, scale: Scale, high: float, low: float) -> np.nda
 
 def harris_response(window, tensor_px, k):
     """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
-    from raxel.features.celect.compiled import response_of, structure_tensor
-
     tensor = structure_tensor(window.gradient_u, window.gradient_v)
     return response_of(blurred(tensor, tensor_px), np.float32(k))
 
@@ -649,8 +649,6 @@ def next_anchor(
     ----------
     Thesis (3.7), (3.9) to (3.13).
     """
-    from raxel.features.celect.compiled import farthest_ahead
-
     distance, theta = line
     edges = np.ascontiguousarray(edges, float)
     index = farthest_ahead(

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from raxel.features.chessboard.saddles import LINEAR, SMOOTHED_NOISE_SD, remapped
@@ -192,8 +193,6 @@ def _even_and_odd(patches, level, samples):
     function that removes the gradient is returned as well. Linear interpolation is not
     symmetric about a corner, and shifts it by 0.07 px at a spacing of 4 px.
     """
-    import cv2
-
     k = np.linspace(-SYMMETRY_HALF_WINDOW_STEPS, SYMMETRY_HALF_WINDOW_STEPS, samples)
     t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
     grey, rotated = (
@@ -210,8 +209,6 @@ def _even_and_odd(patches, level, samples):
 
 def sampled(level, pixels, interpolation=LINEAR):
     """Grey levels (N, M) of a Level at image px (N, M, 2); border levels outside."""
-    import cv2
-
     at = (pixels / level.scale).astype(np.float32)
     u, v = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
     return remapped(level.grey, u, v, cv2.BORDER_REPLICATE, interpolation)

@@ -6,7 +6,15 @@ halved copies contain blurred and noisy corners, at a quarter of the cost each.
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
+
+from raxel.features.chessboard.compiled import (
+    discs,
+    four_changes,
+    rings_of_four,
+    strongest_saddles,
+)
 
 SMOOTHING_SIGMA_PX, SHARP_SIGMA_PX = 1.2, 0.7
 MAX_LEVEL_PIXELS = 3_000_000
@@ -52,8 +60,6 @@ def levels_of(grey, noise):
 
     An image of more than MAX_LEVEL_PIXELS starts with a halved copy.
     """
-    import cv2
-
     scale, levels = 1, []
     while True:
         if grey.size <= MAX_LEVEL_PIXELS:
@@ -66,8 +72,6 @@ def levels_of(grey, noise):
 
 def sharp_level(grey, noise):
     """The image itself as a Level, with little smoothing."""
-    import cv2
-
     soft = cv2.GaussianBlur(grey, (0, 0), SHARP_SIGMA_PX)
     return Level(soft, 1, noise, SHARP_SIGMA_PX)
 
@@ -78,8 +82,6 @@ def halved(image):
     An image without detail at the scale of its pixels is restored from its halved copy.
     Its largest error is a fraction of its contrast; sharp edges have a tenth and more.
     """
-    import cv2
-
     height, width = (n // 2 * 2 for n in image.shape)
     if min(height, width) < 2 * MIN_LEVEL_SIDE_PX:
         return None
@@ -97,8 +99,6 @@ def noise_sd(grey):
     At least that of rounding to integer grey levels, since smooth and clipped images,
     where most pixels equal their neighbours, are not free of it.
     """
-    import cv2
-
     rows = max(1, len(grey) // 400)
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
     band = np.concatenate([grey[k : k + 3] for k in range(0, len(grey) - 2, 3 * rows)])
@@ -108,8 +108,6 @@ def noise_sd(grey):
 
 def saddles_of(level):
     """Saddles of a Level above its noise, the strongest first."""
-    from raxel.features.chessboard.compiled import strongest_saddles
-
     min_strength = (
         MIN_STRENGTH_RATIO * MIN_CONTRAST_LEVELS / (np.pi * SMOOTHING_SIGMA_PX**2)
     )
@@ -178,8 +176,6 @@ class Nodes(NamedTuple):
 
 def nodes_of(level, saddles, number):
     """The Nodes among the Saddles of a Level with this index."""
-    from raxel.features.chessboard.compiled import four_changes
-
     candidates = four_changes(level.grey, saddles.points, CIRCLE_OFFSETS_PX)
     points, root = saddles.points[candidates], saddles.root[candidates]
     found, angles, signs, contrast = ring_test(level, points, root, RING_RADII_PX)
@@ -198,8 +194,6 @@ def ring_test(level, points, root, radii):
     From the first radius at which the test succeeds. points: (N, 2) px of the level;
     root: (N,) of the saddle's strength, see `Saddles`.
     """
-    from raxel.features.chessboard.compiled import rings_of_four
-
     turn = 2 * np.pi * np.arange(N_RING_SAMPLES) / N_RING_SAMPLES
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     rings = np.multiply.outer(radii, circle)
@@ -224,8 +218,6 @@ LINEAR = 1
 
 def remapped(grey, u, v, border, interpolation=LINEAR):
     """Grey levels at (u, v), of any shape with two axes, interpolated."""
-    import cv2
-
     rows = 32_000
     parts = [
         cv2.remap(
@@ -273,8 +265,6 @@ def pixels_of(points, shape):
 
 def paint_discs(image, pixels, values, radius):
     """Set discs around pixels (2, N) to values (N,), later ones on top."""
-    from raxel.features.chessboard.compiled import discs
-
     r = int(radius)
     y, x = np.mgrid[-r : r + 1, -r : r + 1]
     inside = np.hypot(x, y) <= radius

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -274,8 +275,6 @@ def blurred(image: np.ndarray, blur_sd: float) -> np.ndarray:
     InputError
         `bad-input` for a negative standard deviation.
     """
-    import cv2
-
     if not blur_sd >= 0:
         raise InputError(
             f"blur_sd: found {blur_sd}; give a standard deviation in px, 0 or more"
@@ -424,8 +423,6 @@ def _through_blur(weights, blur_sd):
     """Weights on blurred pixels (N, rows, m) as weights on the pixels before it."""
     if blur_sd == 0:
         return weights
-    import cv2
-
     reach = _reach(blur_sd)
     kernel = cv2.getGaussianKernel(2 * reach + 1, blur_sd)[:, 0]
     n, rows, size = weights.shape
