@@ -27,8 +27,6 @@ from raxel.geometry.poses import tangent_bases
 from raxel.multiview.motion_samples import (
     SAMPLE_SIZE,
     best_turn,
-    essential_matrix,
-    motion_of_essential,
     sampled_motions,
     settled,
     squared_gaps,
@@ -215,9 +213,6 @@ class GeneralisedPose(NamedTuple):
         Centre of the rays, mm.
     spread : float
         RMS distance of the rays from the centre, mm.
-    margin : float
-        Ratio of the second least to the least singular value of the linear system. The
-        motion is undetermined if it is near 1.
     """
 
     T_2_1: np.ndarray
@@ -227,7 +222,6 @@ class GeneralisedPose(NamedTuple):
     covariance: np.ndarray
     centre: np.ndarray
     spread: float
-    margin: float
 
     @property
     def shift(self) -> NDArray[np.float64]:
@@ -301,16 +295,16 @@ def refine_generalised_pose(
     """
     pairs = matched_rays(rays_1, rays_2)
     inliers = np.ones(len(pairs.rays_1.origins), bool)
-    margin, T = np.nan, start
+    T = start
     if isinstance(start, GeneralisedPose):
-        T, margin = start.T_2_1, start.margin
+        T = start.T_2_1
         if len(start.inliers) == len(inliers):
             inliers = start.inliers
     R, u = pairs.about_centre(checked_motion(T))  # type: ignore[arg-type]
-    return adjusted(pairs, inliers, R, u, length, margin, most)
+    return adjusted(pairs, inliers, R, u, length, most)
 
 
-def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
+def adjusted(pairs, inliers, R, u, length=None, most=50):
     """GeneralisedPose from a start R, u about the centre of all MatchedRays."""
     check_length(pairs, length)
     used = pairs.of(inliers)
@@ -343,17 +337,9 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
         tolerance=COST_TOL,
         rounding=len(used.rays_1.origins) * (ROUNDING_RAD / smallest) ** 2,
     )
-    return described(pairs, inliers, R, u, margin, steps((R, u)))
-
-
-def described(pairs, inliers, R, u, margin, steps):
-    """GeneralisedPose of a motion R, u about the centre of MatchedRays.
-
-    steps: (6, p), the free steps.
-    """
-    used = pairs.of(inliers)
     residuals, jacobian = gap_system(R, u, used)
-    J = jacobian @ steps
+    free = steps((R, u))
+    J = jacobian @ free
     freedom = len(residuals) - J.shape[1]
     variance = residuals @ residuals / freedom if freedom > 0 else np.nan
     known = variance * inverse_information(J.T @ J)
@@ -362,10 +348,9 @@ def described(pairs, inliers, R, u, margin, steps):
         inliers,
         float(np.sqrt(np.mean(residuals**2))),
         share_ahead(R, u, used),
-        steps @ known @ steps.T,
+        free @ known @ free.T,
         pairs.centre,
         pairs.spread,
-        float(margin),
     )
 
 
@@ -387,175 +372,6 @@ def to_length(u, length):
     """u (3,) scaled to a length; along z if u is zero."""
     norm = np.linalg.norm(u)
     return u * (length / norm) if norm > 0 else np.array([0.0, 0.0, length])
-
-
-# Generalised essential matrix of seventeen or more matched rays, linearly (5.30). Each
-# pair gives one equation, linear in the nine entries of E = [u]x R and the nine of R
-# (`geometry.line_motion`). As one system of eighteen unknowns it has several solutions
-# wherever pairs share points of a rig: with each ray through the same point in both
-# views, R = I, E = 0 is one, and so is R = v v^T where all rays meet a line along v. E
-# is unique: it is estimated under |E| = 1 with free entries of R, by least squares in
-# the complement of the columns of R. R follows from E, and u from R, with its length
-# and sign. Moments are about the point closest to all rays; where all rays meet a line,
-# about a point of that line, since only there its R is v v^T. They are in units of the
-# rays' distance from that point, and directions are normalised to unit second moments.
-# For nearly central rays the columns of R are noise and remove information on E. The
-# eight-point system of a central camera is therefore solved as well, and the better
-# motion is selected. Sources: Pless 2003, doi:10.1109/CVPR.2003.1211520; Li, Hartley,
-# Kim 2008, doi:10.1109/CVPR.2008.4587545 (degeneracies); Hartley 1997,
-# doi:10.1109/34.601246 (normalisation).
-
-
-MIN_N_CENTRAL_PAIRS, MIN_N_LINEAR_PAIRS = 8, 17
-# Smaller singular values of exact pairs, relative to the largest, are zero.
-MIN_SINGULAR_RATIO = 1e-9
-# Smallest over second smallest singular value: below, all rays meet a line.
-AXIAL_RATIO_TOL = 1e-3
-# Share of the largest second moment that rays in one plane are given.
-COPLANAR_MOMENT_SHARE = 1e-12
-
-
-def generalised_pose(rays_1, rays_2, *, length=None):
-    """Motion from matched rays of a general camera, linearly.
-
-    rays: NoisyRays (N,), or as for `angular_rays`, N >= 17, or 8 for nearly central
-    rays; length: mm, of the shift of the rays' centre where it is known. Returns
-    GeneralisedPose of the candidate with the smallest `gaps` among those with the most
-    points in front. Raises CalibrationError for rays as `matched_rays`, for rays
-    through one point without a length, and where the pairs do not determine the motion.
-    """
-    pairs = matched_rays(rays_1, rays_2, fewest=MIN_N_CENTRAL_PAIRS)
-    check_length(pairs, length)
-    found, turning = linear_motions(pairs, length), turning_pairs(pairs)
-    R, u, margin = min(found, key=lambda motion: _rank(motion, pairs, turning))
-    everything = np.ones(len(pairs.rays_1.origins), bool)
-    steps = np.eye(6) if length is None else along_sphere(u)
-    return described(pairs, everything, R, u, margin, steps)
-
-
-def linear_motions(pairs, length=None):
-    """[(R, u, margin), ...]: candidates of both linear systems, about the centre."""
-    d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
-    found, refusal = [], None
-    for system in (_seventeen, _eight):
-        try:
-            E, margin = system(pairs)
-        except CalibrationError as fault:
-            refusal = fault
-            continue
-        T = motion_of_essential(E, d_1, d_2)[0]
-        # The twin of a rotation under E is rotated by 180 degrees about u.
-        twin = 2 * np.outer(T[:3, 3], T[:3, 3]) - np.eye(3)
-        for R in (T[:3, :3], twin @ T[:3, :3]):
-            found += [(R, u, margin) for u in shifts_of(R, T[:3, 3], pairs, length)]
-    if not found:
-        raise CalibrationError(
-            "motion: the pairs do not determine it (points on a plane or repeated, or "
-            "a static camera); add pairs with other points",
-            code="degenerate-points",
-        ) from refusal
-    return found
-
-
-def generalised_equations(pairs):
-    """Coefficients (N, 9) for E and (N, 9) for R, both row by row; mm, with moments
-    about the centre."""
-    (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
-    m_1, m_2 = np.cross(p_1, d_1), np.cross(p_2, d_2)
-    return _products(d_2, d_1), _products(d_2, m_1) + _products(m_2, d_1)
-
-
-def shifts_of(R, axis, pairs, length=None):
-    """Shifts [u, ...] of a rotation: least squares for an unknown length, which noise
-    shortens, and both senses along the axis (3,) of E."""
-    (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
-    n = np.cross(d_1 @ R.T, d_2)
-    gap = np.einsum("ni,ni->n", n, p_1 @ R.T - p_2)
-    u = -np.linalg.lstsq(n, gap, rcond=None)[0]
-    if length is not None:
-        return [to_length(u, length), length * axis, -length * axis]
-    far = max(np.linalg.norm(u), pairs.spread)
-    return [u, far * axis, -far * axis]
-
-
-def _seventeen(pairs):
-    """(E, margin) of the generalised system with free entries of R."""
-    count = len(pairs.rays_1.origins)
-    if count < MIN_N_LINEAR_PAIRS or not pairs.spread:
-        raise CalibrationError(
-            f"motion: found {count} pairs of rays; give {MIN_N_LINEAR_PAIRS} or more "
-            "that do not pass through one point",
-            code="too-few-rays",
-        )
-    W_1, W_2 = (_whitening(rays.directions) for rays in (pairs.rays_1, pairs.rays_2))
-    origin = _on_axis(pairs)
-    pairs = pairs._replace(
-        rays_1=pairs.rays_1.moved(origin), rays_2=pairs.rays_2.moved(origin)
-    )
-    A_E, A_R = generalised_equations(pairs)
-    A_E = (A_E.reshape(-1, 3, 3) @ W_1.T).swapaxes(1, 2) @ W_2.T
-    A_E = A_E.swapaxes(1, 2).reshape(-1, 9)
-    U, s, _ = np.linalg.svd(A_R / pairs.spread, full_matrices=False)
-    Q = U[:, s > MIN_SINGULAR_RATIO * s[0]]
-    rest = np.linalg.qr(A_E - Q @ (Q.T @ A_E), mode="r")
-    values, Vt = np.linalg.svd(rest)[1:]
-    # For few repeated pairs, only rounding is left.
-    if not values[7] > MIN_SINGULAR_RATIO * np.linalg.norm(A_E):
-        raise CalibrationError(
-            "motion: the generalised system has no unique solution; add pairs with "
-            "other points",
-            code="degenerate-points",
-        )
-    E = W_2.T @ Vt[8].reshape(3, 3) @ W_1
-    return E, values[7] / max(values[8], 1e-300)
-
-
-def _eight(pairs):
-    """(E, margin) of the central system."""
-    d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
-    if len(d_1) == MIN_N_CENTRAL_PAIRS:
-        # Repeating the first equation changes nothing, and there are nine.
-        d_1, d_2 = np.vstack([d_1, d_1[:1]]), np.vstack([d_2, d_2[:1]])
-    return essential_matrix(d_1, d_2)
-
-
-def _on_axis(pairs):
-    """(3,): point closest to the centre on the line that all rays meet, if there is
-    one, else the centre."""
-    o, d = (
-        np.concatenate([getattr(rays, name) for rays in (pairs.rays_1, pairs.rays_2)])
-        for name in ("origins", "directions")
-    )
-    # L . M of two lines that meet, usual order, with M = (moment, direction).
-    rows = np.concatenate([d, np.cross(o, d) / pairs.spread], axis=1)
-    values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
-    moment, along = pairs.spread * Vt[5, :3], Vt[5, 3:]
-    if not values[5] < AXIAL_RATIO_TOL * values[4] or along @ along < AXIAL_RATIO_TOL:
-        return np.zeros(3)
-    return np.cross(along, moment) / (along @ along)
-
-
-def _rank(motion, pairs, turning):
-    """Sort key, smallest first: half of the points in front of the rays' pivots, then
-    small gaps."""
-    R, u, _ = motion
-    ahead = np.isfinite(squared_gaps(R[None], u[None], turning, 0.0))
-    residuals = gaps(R, u, pairs)
-    return np.mean(ahead) <= 0.5, residuals @ residuals
-
-
-def _products(a, b):
-    return (a[:, :, None] * b[:, None, :]).reshape(-1, 9)
-
-
-def _whitening(d):
-    """W (3, 3) such that W d, over directions (N, 3), has a unit second moment."""
-    moment = d.T @ d / len(d)
-    return np.linalg.inv(
-        np.linalg.cholesky(
-            moment + COPLANAR_MOMENT_SHARE * np.trace(moment) * np.eye(3)
-        )
-    )
 
 
 # Motion of a general camera from matched rays with outliers. Small samples give motions
