@@ -31,10 +31,9 @@ def camera_fields(camera, views):
         fields |= {"units": camera.units, "centre": camera.origins.tolist()}
         fields["share_of_image_with_ray"] = camera.share_with_ray
     angles = field_of_view(camera).items()
-    covered = board_counts(views, **size) > 0
     return fields | {
         "field_of_view_deg": {name: known(angle) for name, angle in angles},
-        "share_of_image_under_boards": float(np.mean(covered)),
+        "share_of_image_under_boards": float(np.mean(board_counts(views, **size) > 0)),
     }
 
 

@@ -379,8 +379,7 @@ def _at_saddles(image, corners, steps):
     moved = corners.copy()
     for window in np.unique(half[inside]):
         group = inside & (half == window)
-        at = opencv_subpix(
+        moved[group] = opencv_subpix(
             grey, corners[group], int(window), termination_px=STEP_TOL_PX
         )
-        moved[group] = at
     return moved

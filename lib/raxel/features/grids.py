@@ -121,13 +121,9 @@ def _read(path, view, unit, shape):
     return DecodedGrid(view, points, sigma, mask)
 
 
-def _numbers(path, archive, name, shape):
-    return _array(path, archive, name, shape, "iuf", "numbers")
-
-
 def _lengths(path, archive, name, shape):
     """Numbers that may be lengths on a monitor."""
-    values = _numbers(path, archive, name, shape)
+    values = _array(path, archive, name, shape, "iuf", "numbers")
     values = values.astype(np.result_type(values, np.float32))  # halves end below
     beyond = np.abs(values) > MAX_LENGTH  # NaN is not
     if beyond.any():

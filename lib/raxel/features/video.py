@@ -176,9 +176,8 @@ def _saddles(image, positions, step):
     u, v = np.clip(low, 0, [width - 1, height - 1])
     high = np.ceil(positions.max(axis=0)).astype(int) + margin
     part = image[v : max(high[1], v + 1), u : max(high[0], u + 1)]
-    window = _saddle_window(step)
     localised = saddle_point(
-        part, positions - [u, v], window=window, blur_sd=BLUR_SD_PX
+        part, positions - [u, v], window=_saddle_window(step), blur_sd=BLUR_SD_PX
     )
     valid = localised.converged & np.isfinite(localised.sd)
     moved = np.linalg.norm(localised.corners - (positions - [u, v]), axis=1)

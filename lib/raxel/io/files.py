@@ -249,7 +249,7 @@ def png_names(files: Sequence[str]) -> list[PurePath]:
     This is the name of the image with the ending .png. Images that would share a name
     keep their whole old name before the ending, with a number if that is taken too.
     """
-    plain = list(map(_png_name, files))
+    plain = [PurePath(name).with_suffix(".png") for name in files]
     shared = Counter(map(_folded, plain))
     taken = {_folded(folder) for path in plain for folder in path.parents}
     targets: list[PurePath] = []
@@ -261,10 +261,6 @@ def png_names(files: Sequence[str]) -> list[PurePath]:
         targets.append(next(path for path in choices if _folded(path) not in taken))
         taken.add(_folded(targets[-1]))
     return targets
-
-
-def _png_name(name: str) -> PurePath:
-    return PurePath(name).with_suffix(".png")
 
 
 def _folded(path: PurePath) -> str:

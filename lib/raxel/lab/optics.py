@@ -154,7 +154,8 @@ class Viewer:
         """The `Sight` of positions (N, 2) in the image."""
         pixels = np.asarray(pixels, float)
         steps = range(0, len(pixels), RAYS_PER_BLOCK)
-        parts = [self._look(pixels[i : i + RAYS_PER_BLOCK]) for i in steps]
+        blocks = (self.raster.rays(pixels[i : i + RAYS_PER_BLOCK]) for i in steps)
+        parts = list(map(self._along, blocks))
         if len(parts) == 1:
             return parts[0]
         if not parts:
@@ -164,9 +165,6 @@ class Viewer:
     def look_at_grid(self, u, v):
         """The `Sight` (len(v), len(u)) of all (u, v), which rise."""
         return self._along(self.raster.grid(u, v)).reshaped(len(v), len(u))
-
-    def _look(self, pixels):
-        return self._along(self.raster.rays(pixels))
 
     def _along(self, rays):
         origins, directions, valid = rays

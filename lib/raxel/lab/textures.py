@@ -169,35 +169,6 @@ class ChessboardTexture(GridTexture):
         return np.array([-margin, -margin]), size
 
 
-class Stripes(Texture):
-    """Stripes along v: of each `period_mm` of u the first `duty` share is bright."""
-
-    averages = True
-
-    def __init__(self, period_mm, duty=0.5, dark=0.05, bright=0.9):
-        if not period_mm > 0 or not 0 < duty < 1:
-            raise InputError(
-                f"stripes: found period {period_mm} and duty {duty}; give a positive "
-                "period and a duty between 0 and 1"
-            )
-        self.period_mm, self.duty = float(period_mm), float(duty)
-        self.dark, self.bright = colour_table(dark, bright)
-
-    def radiance(self, uv, cosine):
-        """At points."""
-        turn = uv[:, 0] / self.period_mm
-        return self._mixed((turn - np.floor(turn) < self.duty).astype(float))
-
-    def average(self, uv, across, down, cosine):
-        """Exact for any number of stripes."""
-        turn, a, b = (x[:, 0] / self.period_mm for x in (uv, across, down))
-        return self._mixed(share_in_bars(turn, a, b, self.duty))
-
-    def _mixed(self, share):
-        share = share.reshape(-1, *(1,) * self.dark.ndim)
-        return self.dark + share * (self.bright - self.dark)
-
-
 class Tiles(Texture):
     """Tiles of two colours in turn with joints between them.
 

@@ -396,7 +396,7 @@ def _start_shifts(R, axes, samples):
 
 def _linearised(R, u, pairs, jacobian=True):
     """((q, b, n), g, variance (m, n), dg (6, m, n)) of motions."""
-    q, arm = (np.einsum("mij,jmn->imn", R, np.broadcast_to(x, _wide(x, R)))
+    q, arm = (np.einsum("mij,jmn->imn", R, np.broadcast_to(x, (3, len(R), x.shape[2])))
               for x in (pairs.d_1, pairs.p_1))  # fmt: skip
     d = pairs.d_2
     b = arm + u.T[:, :, None] - pairs.p_2
@@ -424,10 +424,6 @@ def _damped(J, g, damping):
 def _tangents(u):
     length = np.maximum(np.linalg.norm(u, axis=1, keepdims=True), MIN_TURN_RAD)
     return tangent_bases(u / length)
-
-
-def _wide(x, R):
-    return (3, len(R), x.shape[2])
 
 
 def _cross(a, b):

@@ -248,6 +248,11 @@ def page(
     """
     words = words_of(image_set.target)
     title = escape(f"{image_set.name}: calibration, {result['model']}")
+    errors = figure(
+        ERRORS,
+        "Predicted standard deviation of where in the image each ray belongs, after "
+        "the best rotation of the camera.",
+    )
     parts = [
         f"<h1>{title}</h1>",
         f"<p>{escape(image_set.camera or 'No description of the camera.')}</p>",
@@ -269,7 +274,7 @@ def page(
             f"Number of {words.target}s that cover each part of the image. Without a "
             f"{words.target}, a parametric model extrapolates and a table has no rays.",
         ),
-        *(_errors(words) if has_errors else ()),
+        *(("<h2>Uncertainty of the rays</h2>", errors) if has_errors else ()),
         "<h2>Images</h2>",
         table(("Image", f"{words.point}s".capitalize(), *HEADS), map(_row, images)),
         *(_figures(p, words) for p in images if p.score is not None),
@@ -279,15 +284,6 @@ def page(
         pairs(_rows(image_set, result, words)),
     ]
     return document(title, parts)
-
-
-def _errors(words):
-    """The map of predicted errors."""
-    caption = (
-        "Predicted standard deviation of where in the image each ray belongs, after "
-        "the best rotation of the camera."
-    )
-    return ["<h2>Uncertainty of the rays</h2>", figure(ERRORS, caption)]
 
 
 def _files(camera):

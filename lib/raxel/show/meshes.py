@@ -125,7 +125,8 @@ def _tubes(lines, width):
     mesh.points = np.concatenate(lines).astype(np.float32)
     mesh.lines = np.concatenate(cells)
     # A given axis replaces VTK's search for one, which fails on sharp bends.
-    return mesh.tube(radius=width / 2, n_sides=_detail(len(mesh.points)), capping=True)
+    n_sides = FINE if len(mesh.points) <= MANY else COARSE
+    return mesh.tube(radius=width / 2, n_sides=n_sides, capping=True)
 
 
 def _balls(points, radius):
@@ -178,10 +179,6 @@ def _copies(shape, points):
     )
     mesh.point_data.active_normals = np.tile(normals, (len(points), 1))
     return mesh
-
-
-def _detail(count):
-    return FINE if count <= MANY else COARSE
 
 
 def _sheet(part, centre):

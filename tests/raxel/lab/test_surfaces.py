@@ -7,7 +7,7 @@ from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.lab import Disc, ImageTexture, Plain, Rectangle, TexturedScene, facade, room
 from raxel.lab.scenes import _column
 from raxel.lab.surfaces import Cylinder, Relief, box
-from raxel.lab.textures import ChessboardTexture, Panels, Stripes, Tiles
+from raxel.lab.textures import ChessboardTexture, Panels, Tiles
 from tests.raised import raises_line
 
 T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
@@ -156,7 +156,6 @@ def test_scenes_are_reproducible(make):
         (lambda: box(T, (1, 2)), "box"),
         (lambda: ChessboardTexture(0, 3, 1, 1), "0 x 3 corners"),
         (lambda: ChessboardTexture(4, 3, -1, 1), "pitch -1"),
-        (lambda: Stripes(1, 1.5), "duty 1.5"),
         (lambda: Tiles((1, 2), [0.1], joint=3), "joint 3"),
         (lambda: Panels(0.5, [(0, 0, 0, 1, 0.2)]), "panels"),
         (lambda: Plain((0.1, 0.2)), "colour"),

@@ -52,7 +52,8 @@ def centrality_of_views(views, width, height, T_camera_grid):
     if all(view.every_pixel for view in views):
         alike_px = DECODER_WINDOW_PX
     else:
-        alike_px = np.sqrt(np.median([_cell_area(view) for view in views]))
+        cells = [v.area() / ((v.columns - 1) * (v.rows - 1)) for v in views]
+        alike_px = np.sqrt(np.median(cells))
         views = [interpolated_view(view, "by need")[0] for view in views]
     area = sum(view.area() for view in views)
     separation = min(MAX_N_OBSERVATIONS, area / alike_px**2)
@@ -67,11 +68,6 @@ def centrality_of_views(views, width, height, T_camera_grid):
         return centrality_test(samples.points, samples.seen, *start, sigma=sigma)
     except CalibrationError:
         return None
-
-
-def _cell_area(view):
-    """Mean area of the cells of a view, px^2."""
-    return view.area() / ((view.columns - 1) * (view.rows - 1))
 
 
 MAX_N_RAYS = 10_000  # spread evenly over those that see three grids
@@ -192,9 +188,8 @@ def centrality_test(
         sigma = np.asarray(sigma)[:, rays]
     chosen, rounds, least = points[:, rays], 0, MIN_CLEAN_FRACTION * len(rays)
     while True:
-        start = centre, T_base_grid
         central = adjust_consistent(
-            chosen, seen[:, rays], *start, sigma=sigma, tolerance=1e-4
+            chosen, seen[:, rays], centre, T_base_grid, sigma=sigma, tolerance=1e-4
         )
         lines = relax_centrality(chosen, central, tolerance=1e-4)
         keep = lines.used

@@ -277,7 +277,7 @@ class StageBundle(NamedTuple):
         """Return the predicted standard deviation of a stage's scene rays.
 
         It combines the covariance with the part of the misfit that no spline can
-        follow. Beyond the outermost corners (`among_corners`) it includes the
+        follow. Beyond the outermost corners it includes the
         covariance alone.
 
         Parameters
@@ -302,15 +302,6 @@ class StageBundle(NamedTuple):
             self.coefficient_covariance(stage),
         )
         return np.hypot(known, self.misfit[stage])
-
-    def among_corners(self, stage: int, pixels: ArrayLike) -> NDArray[np.bool_]:
-        """Return which pixels (N, 2) lie in a stage's hull of corners, (N,) bool."""
-        from scipy.spatial import ConvexHull
-
-        p = normalised(self.cameras[stage].viewer, np.asarray(pixels, float))
-        sides = ConvexHull(self.corners[stage]).equations
-        with np.errstate(invalid="ignore"):
-            return np.all(p @ sides[:, :2].T + sides[:, 2] <= ROUNDING_TOL, axis=1)
 
 
 def bundle_stages(

@@ -590,7 +590,8 @@ def _completed(proposal, boards, views, width, height):
     distances = np.linalg.norm(result.residuals, axis=2)
     errors = distances > OUTLIER_SCALES * result.scales[:, None]
     placed = boards.placed(formula, values)
-    unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~errors
+    valid = camera.project(transform(poses, placed).reshape(-1, 3)).valid
+    unseen = boards.seen & ~valid.reshape(boards.seen.shape) & ~errors
     if unseen.any():
         raise CalibrationError(
             f"{formula.base}: the fitted camera folds the image at "
@@ -612,10 +613,6 @@ def _completed(proposal, boards, views, width, height):
         camera, poses, rms, formula, values, covariance, factor,
         wrong, proposal.pupil, proposal.board,
     )  # fmt: skip
-
-
-def _unseen(camera, points, seen):
-    return ~camera.project(points.reshape(-1, 3)).valid.reshape(seen.shape) & seen
 
 
 # Zhang's pinhole camera with standard deviations and the board's shape. The fit is that

@@ -304,7 +304,9 @@ def trend_of_rays(
     for terms in range(2, MAX_N_TERMS + 1):
         values, scale = _fitted(pixels, directions @ R, start[: 7 + terms])
         try:
-            camera = _camera(values, width, height)
+            camera = KannalaBrandtCamera(
+                values[7:], np.exp(values[5:7]), values[3:5], width, height
+            )
         except InputError:
             continue
         reach = camera.rays(corners).valid.all() or _passes_pi(values, corners)
@@ -384,9 +386,3 @@ def _imaged(directions, values):
     radius = theta * np.polyval(values[:6:-1], theta**2)
     unit = d[:, :2] / np.maximum(across, 1e-300)[:, None]
     return radius[:, None] * unit * np.exp(values[5:7]) + values[3:5]
-
-
-def _camera(values, width, height):
-    return KannalaBrandtCamera(
-        values[7:], np.exp(values[5:7]), values[3:5], width, height
-    )

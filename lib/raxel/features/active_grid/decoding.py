@@ -286,7 +286,8 @@ def decode(
     with ThreadPoolExecutor(threads or processors()) as pool:
         _decode_all(stack, settings, pool, out)
         if max(shared) > 1:
-            share_noise(out[1], settings.bias, plan.length, _of_axes(stack, shared))
+            factors = np.array([shared[code.axis] for code in stack.codes], np.float32)
+            share_noise(out[1], settings.bias, plan.length, factors)
         if margins[0]:
             _leave_out(margins, plan, pool, out)
         _widen(settings, averaged + blurred**2, pool, out)
@@ -396,11 +397,6 @@ def _decode_part(stack, first, settings, rows, out):
             read_rows(images, (known, read_stop, start), strip, *to_read, rows)
             part, known = (y, after, y + start), read_stop
             locate_rows(images, part, strip, *to_locate, rows, out)
-
-
-def _of_axes(stack, both):
-    """Return (A,) float32 of the axes that have images."""
-    return np.array([both[code.axis] for code in stack.codes], np.float32)
 
 
 def _both_axes(array, codes):

@@ -5,6 +5,8 @@ Loops are written as in `reading`; only `turn_row` is compiled in from `phases`.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numba
 import numpy as np
 from numba import njit
@@ -193,7 +195,8 @@ def _between(location, pixel, point):
     order = np.argsort(np.sum((visible - point) ** 2, axis=1), kind="stable")
     four = []
     for k in order:
-        if all(_triangle(around[i], around[j], around[k]) for i, j in _pairs(four)):
+        pairs = combinations(four, 2)
+        if all(_triangle(around[i], around[j], around[k]) for i, j in pairs):
             four.append(k)
         if len(four) == 4:
             break
@@ -205,10 +208,6 @@ def _between(location, pixel, point):
         return np.full(2, np.nan)
     found = apply_homography(H, point[None])[0]
     return found if np.abs(found - pixel).max() <= 1 else np.full(2, np.nan)
-
-
-def _pairs(members):
-    return [(i, j) for n, i in enumerate(members) for j in members[n + 1 :]]
 
 
 def _triangle(a, b, c):

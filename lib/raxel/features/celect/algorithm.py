@@ -609,9 +609,8 @@ class _Run:
             known = theta is not None
             wrong = theta if known else orientation(start - before)
             first = FirstLine(wrong, known, end - start)
-            distance = self.settings.merge * s[i]
             corners, theta = self._contour(
-                f"side {i + 1}", start, end, s[i], first, distance
+                f"side {i + 1}", start, end, s[i], first, self.settings.merge * s[i]
             )
             sides.append(corners)
         self._place_sides(sides)

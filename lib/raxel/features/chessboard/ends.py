@@ -288,7 +288,7 @@ def _other_tones(beyond, inside):
     """
     beyond = beyond[np.isfinite(beyond)]
     of_rows = np.array(
-        [row[np.isfinite(row)].mean() for row in inside if _any_finite(row)]
+        [row[np.isfinite(row)].mean() for row in inside if np.isfinite(row).any()]
     )
     if (
         len(beyond) < MIN_N_SIDE_CORNERS
@@ -300,10 +300,6 @@ def _other_tones(beyond, inside):
     sd = beyond.std(ddof=1) / np.sqrt(len(beyond))
     chance = np.hypot(sd, of_rows.std(ddof=1)) / abs(usual)
     return abs(beyond.mean() / usual - 1) > max(TONE_CHANGE_TOL, CHANCE_SIGMAS * chance)
-
-
-def _any_finite(row):
-    return np.isfinite(row).any()
 
 
 # Does a side of a board end at an occluder or in a shadow? The edge of a sheet, a book

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.features.chessboard.compiled import nearest
 from raxel.features.chessboard.ends import board_within, trim_paper_edges
 from raxel.features.chessboard.grids import (
     cut_to,
@@ -108,20 +109,12 @@ def grids_of(nodes, links, levels):
         if grid is None:
             continue
         grids.append(grid)
-        taken |= _within_reach(
-            nodes.points, grid.points[grid.known], reach[nodes.level]
-        )
+        _, distance = nearest(nodes.points, grid.points[grid.known])
+        taken |= distance < reach[nodes.level]
         unused = lattice_nodes[~taken[lattice_nodes]]
         if MIN_N_NODES <= len(unused) < len(lattice_nodes):
             queue += lattices_of(nodes, _links_among(links, unused))
     return grids
-
-
-def _within_reach(points, others, reach):
-    """Which points (N, 2) are within reach (N,) px of one of the others (M, 2)."""
-    from raxel.features.chessboard.compiled import nearest
-
-    return nearest(points, others)[1] < reach
 
 
 def _links_among(links, selected):
