@@ -8,10 +8,8 @@ import subprocess
 from pathlib import Path
 
 import jupytext
-import numpy as np
 import pytest
 
-from raxel.cameras import PerspectiveCamera
 from raxel.cli.commands import PROGRAM
 from raxel.io.documents import faults, read_yaml
 from raxel.sets.image_set import SCHEMA
@@ -22,6 +20,7 @@ from repro.page.style import new_figure
 from repro.run import marks, outcomes
 from repro.run.discover import producers
 from repro.run.judging import in_every_reading
+from tests.image_sets import COLUMNS, ROWS, write_drawn_set
 from tests.sample_files import write
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -106,10 +105,13 @@ def test_example_page_displays():
 
 def test_example_library_code_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    K = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
-    PerspectiveCamera(K, [], 640, 480).save("camera.npz")
-    exec(compile(LIBRARY, "README.md", "exec"), {})
-    assert capsys.readouterr().out.splitlines()[-1] == "[[320. 240.]] [ True]"
+    write_drawn_set(tmp_path / "my-images")
+    size = f"columns={COLUMNS}, rows={ROWS}"
+    code = LIBRARY.replace("columns=9, rows=6", size).replace("320.0, 240.0", "90, 80")
+    exec(compile(code, "README.md", "exec"), names := {})
+    assert capsys.readouterr().out.startswith("[[90. 80.]\n [10. 10.]]")
+    assert names["camera"].k[0] == pytest.approx(1)
+    assert Path("cameras.txt").exists()
 
 
 def test_example_set_is_valid(tmp_path):
