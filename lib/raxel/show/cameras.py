@@ -58,6 +58,16 @@ PYRAMID = ((-0.6, -0.45, 1), (0.6, -0.45, 1), (0.6, 0.45, 1), (-0.6, 0.45, 1))
 POINT_TOL = 1e-6
 
 
+# Steps of predicted SDs; colour and label of rays up to each, above and unknown.
+ERROR_STEPS_PX = (0.1, 0.3, 1.0)
+ERROR_RAYS = (
+    (BLUE, "ray, SD up to 0.1 px"),
+    ("#009e73", "up to 0.3 px"),
+    (ORANGE, "up to 1 px"),
+    ("#6b7785", "above 1 px, or unknown"),
+)
+
+
 def rays(
     camera: Camera,
     reach: float,
@@ -86,6 +96,26 @@ def rays(
     seen = camera.rays(spread_pixels(camera, grid))
     ends = seen.origins + reach * seen.directions
     return Segments(seen.origins, ends, colour, label, 1.3)
+
+
+def rays_by_error(camera, reach):
+    """Segments of rays, one for each step of their predicted SD in the image; all rays
+    alike where no errors are known."""
+    pixels = spread_pixels(camera, RAY_GRID)
+    sd = np.sqrt(np.trace(camera.pixel_covariance(pixels), axis1=1, axis2=2))
+    if np.isnan(sd).all():
+        return [rays(camera, reach)]
+    step = np.searchsorted(ERROR_STEPS_PX, sd)
+    return [
+        replace(
+            part,
+            starts=np.where((step == k)[:, None], part.starts, np.nan),
+            ends=np.where((step == k)[:, None], part.ends, np.nan),
+        )
+        for k, (colour, label) in enumerate(ERROR_RAYS)
+        for part in [rays(camera, reach, colour=colour, label=label)]
+        if (step == k).any()
+    ]
 
 
 def spread_pixels(camera, grid):
@@ -392,7 +422,7 @@ def camera_scene(camera: Camera, name: str = "camera") -> Scene:
     seen = camera.rays(spread_pixels(camera, RAY_GRID))
     origins = seen.origins[seen.valid]
     reach = drawn_reach(camera)
-    parts: list[Part] = [rays(camera, reach), *field_of_view(camera, reach)]
+    parts: list[Part] = [*rays_by_error(camera, reach), *field_of_view(camera, reach)]
     parts += [*mirrors(camera), *viewing_rays(camera)]
     parts.append(Points(origins, INK, "start of a ray", 4.0))
     measured = camera.rays(spread_pixels(camera, MEASURED))
