@@ -15,7 +15,6 @@ SECTIONS = {
     **dict.fromkeys(["calibrate", "evaluate", "undistort", "show"], "Cameras"),
     **dict.fromkeys(["board", "patterns", "render"], "Targets and simulation"),
     **dict.fromkeys(["export", "import"], "Exchange"),
-    **dict.fromkeys(["patterns", "render"], "Targets and simulation"),
 }
 OPTION_SECTIONS = {
     **dict.fromkeys(["--out", "--json", "--report", "--force"], "Output"),

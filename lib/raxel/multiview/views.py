@@ -289,7 +289,7 @@ def _middle_rays(camera):
 
 
 def _grid(camera):
-    """CYLINDER_GRID_SIZE x CYLINDER_GRID_SIZE pixels, evenly spaced over the image."""
+    """Pixels (PERSPECTIVE_GRID_SIZE^2, 2), evenly spaced over the image."""
     size = np.array([camera.width, camera.height])
     return (
         pixel_grid(PERSPECTIVE_GRID_SIZE, PERSPECTIVE_GRID_SIZE)

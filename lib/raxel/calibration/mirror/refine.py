@@ -342,13 +342,11 @@ def shape_up_to_scale(
     normals: NDArray[np.float64],
     grid: SplineGrid,
     quantity: str,
-    *,
-    equilibrate: bool = True,
 ) -> NDArray[np.float64]:
     """Estimate the coefficients up to scale from normals alone.
 
-    The solution is the smallest singular vector, also where misfit gives the matrix
-    full rank.
+    The solution is the smallest singular vector of the matrix with columns of one
+    length, also where misfit gives it full rank.
 
     Parameters
     ----------
@@ -360,8 +358,6 @@ def shape_up_to_scale(
         Grid of the spline.
     quantity : str
         "inverse depth" or "distance".
-    equilibrate : bool
-        Whether columns are brought to one length first.
 
     Returns
     -------
@@ -379,7 +375,7 @@ def shape_up_to_scale(
     Thesis (5.15), (5.16).
     """
     A = orthogonality_rows(p, normals, grid, quantity)
-    scale = _column_lengths(A) if equilibrate else np.ones(grid.size)
+    scale = _column_lengths(A)
     _, size, Vt = np.linalg.svd(A / scale, full_matrices=len(A) < grid.size)
     rank = np.count_nonzero(size > RANK_TOL * size[0])
     if rank < grid.size - 1:
