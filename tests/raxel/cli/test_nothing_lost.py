@@ -210,8 +210,8 @@ def test_corners_without_board_keep_existing_file(folder, capsys):
 def test_calibrate_on_full_disk_keeps_old_camera(drawn, tmp_path, capsys):
     """A limit on the size of files: the camera is below it, the JSON beyond."""
     (tmp_path / "set").mkdir()
-    names = [f"{'long' * 50}{view}.png" for view in range(3)]
-    for name, known in zip(names, ("a.png", "sub/a.png", "sub/b.png"), strict=True):
+    names = [f"{'long' * 50}{view}.png" for view in range(15)]
+    for name, known in zip(names, 5 * ("a.png", "sub/a.png", "sub/b.png"), strict=True):
         shutil.copy(drawn / known, tmp_path / "set" / name)
     views = [{"image": name} for name in names]
     write_description(tmp_path / "set", description(0, views=views))
@@ -225,7 +225,7 @@ def test_calibrate_on_full_disk_keeps_old_camera(drawn, tmp_path, capsys):
     camera.write_text("the old one")
     capsys.readouterr()
     usual = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (sizes[0] + 1, usual[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (sum(sizes) // 2, usual[1]))
     try:
         status = main(command)
     finally:
