@@ -167,6 +167,7 @@ STRICT = (
     *("point-order", "focal-undetermined"),
 )
 OVERVIEW_SCORE = "RMS {rms_px:.3f| px}, mean angle {mean_deg:.4f| deg}"
+SECOND = " (second: {model}, {rms_px:.3f| px})"
 MAX_N_MISSED, MAX_REASON = 2, 60  # excluded images in the overview; characters
 SCORE = (
     "mean angle {mean_deg:.4f| deg}, RMS {rms_px:.3f| px}, median {median_px:.3f| px}, "
@@ -514,7 +515,7 @@ def overview(result: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
     others = {m: error for m, error in others.items() if error is not None}
     second = min(others, key=others.__getitem__, default=None)
     score = TEXT.format(OVERVIEW_SCORE, **(own["own"] if own else result))
-    rival = f" (second: {second}, {others[second]:.3f} px)" if second else ""
+    rival = TEXT.format(SECOND, model=second, **scored[second]["own"]) if second else ""
     held = f"{'held-out' if own else 'fitted'} {words.target}s, "
     yield line("error", words, {"held": held, "score": score, "second": rival})
     lens = dict.fromkeys(("fx", "fy"), None) | dict.fromkeys(("cx", "cy"), None)
