@@ -217,7 +217,9 @@ HELP = _flag(
 )
 QUIET = _flag("-q", "--quiet", help="Show no progress.")
 SET = _argument("set", "Folder of images, or of an image set with set.yaml.")
-SET_OR_MIRROR_SET = _argument("set", "As SET, or the folder of a mirror set.")
+SET_OR_MIRROR_SET = _argument(
+    "set", "Folder of images, of an image set, or of a mirror set."
+)
 FOLDER = (
     _option(
         "--board",
@@ -372,7 +374,11 @@ PROGRAM = Program(
             "calibrate",
             "Calibrate a camera from the images of a set.",
             "raxel calibrate my-images --board 9x6 --pitch 25mm",
-            _argument("set", "As SET, or the folder of a mirror set.", required=False),
+            _argument(
+                "set",
+                "Folder of images, of an image set, or of a mirror set.",
+                required=False,
+            ),
             *FOLDER,
             _option(
                 "--video",

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+from cv2 import aruco
+
 from raxel.cli.outputs import check_written
 from raxel.cli.terminal import Say
 from raxel.errors import InputError
@@ -55,7 +57,10 @@ def board(text: str) -> Chessboard:
     if (kind == "charuco") != bool(dictionary):
         raise ValueError("expected a dictionary of markers, as in charuco:9x6:4X4_50")
     if kind == "charuco":
-        return Charuco(*size, dictionary=dictionary.removeprefix("DICT_"))
+        name = dictionary.removeprefix("DICT_")
+        if not hasattr(aruco, f"DICT_{name}"):
+            raise ValueError(f"{name} is no dictionary of OpenCV, such as 4X4_50")
+        return Charuco(*size, dictionary=name)
     if kind == "aprilgrid":
         return AprilGrid(2 * size[0], 2 * size[1])
     if kind:
@@ -189,7 +194,8 @@ def kept_corners(
 ) -> list[Board] | None:
     """Return the boards that an earlier run found in the same images, if there are.
 
-    The file is used if it is newer than all images and is of the same detector.
+    The file is used if it is newer than all images, of the same detector, and has a
+    board of the target.
     """
     path = options.folder and options.folder / CORNERS
     if not path or not path.is_file():
@@ -200,9 +206,14 @@ def kept_corners(
         data = read_json(path)
         searched = {entry["file"] for entry in data["images"]}
         complete = searched >= {view.label for view in views}
-        if complete and data["detector"] == detector and max(times) < _time(path):
+        same = complete and data["detector"] == detector and _any_found(boards)
+        if same and max(times) < _time(path):
             return boards
     return None
+
+
+def _any_found(boards):
+    return any(board.detection.found for board in boards)
 
 
 def _time(path):
@@ -216,8 +227,8 @@ def write_corners(
     boards: list[Board],
     vote: SizeVote | None,
 ) -> None:
-    """Write the corners into the result folder, for the next run."""
-    if options.folder:
+    """Write the corners into the result folder, for the next run, if there are any."""
+    if options.folder and _any_found(boards):
         write_boards(options.folder / CORNERS, image_set, detector, boards, vote)
 
 

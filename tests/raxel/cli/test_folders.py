@@ -65,6 +65,8 @@ def test_folder_becomes_a_folder_of_results(folder, capsys):
 
 def test_size_of_the_board_is_found_and_corners_are_used_again(folder, capsys):
     out = folder.parent / "out"
+    # A failed search leaves nothing behind.
+    calibrated(capsys, folder, "--out", out, "--board", "9x8", status=2)
     calibrated(capsys, folder, "--out", out)
     found = load_set(out).target
     assert {found.columns, found.rows} == {COLUMNS, ROWS}
@@ -144,6 +146,7 @@ def test_folder_without_images_is_reported(tmp_path, name, pattern, fault):
         (["--video", "set.yaml"], "no frame can be read; convert the video to MP4"),
         ([".", "--board", "9by6"], "expected interior corners as 9x6"),
         ([".", "--board", "charuco:9x6"], "expected a dictionary of markers"),
+        ([".", "--board", "charuco:9x6:5x5"], "5x5 is no dictionary of OpenCV"),
         ([".", "--board", "aprilgrid:6x6"], "has a set.yaml"),
         ([".", "--pitch", "0"], "expected a length such as 25mm"),
         ([".", "--board", "9x6"], "has a set.yaml; correct it there"),
