@@ -18,7 +18,12 @@ from raxel.cli.models import (
     STAGES,
     TABLES,
 )
-from raxel.cli.outputs import check_outputs, check_writable, write_results
+from raxel.cli.outputs import (
+    check_outputs,
+    check_writable,
+    exit_if_strict,
+    write_results,
+)
 from raxel.cli.sets import check_result_folder, opened_set, write_used_set
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import CalibrationError, InputError
@@ -110,6 +115,7 @@ def calibrate(options, say):
     )
     write_used_set(options, image_set, seen.size())
     _print_summary(result, words, details, options)
+    exit_if_strict(options, result)
 
 
 def _print_summary(result, words, details, options):
@@ -167,8 +173,7 @@ def _calibrated(name, task, asked, details):
     halves = split_half(fitted.camera, images, used, fitted.shape)
     if halves and model in TABLES:
         fitted.camera.error_nodes = errors_of_table(fitted.camera, halves)
-    place, sd_px = next_place(fitted.camera) or (None, None)
-    result["next_image"] = {"place": place, "sd_px": sd_px}
+    result["next_image"] = next_place(fitted.camera)
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond
     result |= {name: test and test.fields() for name, test in tests.items()}

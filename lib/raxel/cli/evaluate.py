@@ -2,7 +2,12 @@
 
 from raxel.cameras.registry import load_camera
 from raxel.cli import findings
-from raxel.cli.outputs import check_outputs, check_writable, write_results
+from raxel.cli.outputs import (
+    check_outputs,
+    check_writable,
+    exit_if_strict,
+    write_results,
+)
 from raxel.cli.sets import opened_set
 from raxel.cli.views import check_options, seen_in
 from raxel.errors import InputError
@@ -79,6 +84,7 @@ def evaluate(options, say):
         print(f"{image_set.name}: {text}")
     result |= findings.reported(warnings)
     write_results(options, result)
+    exit_if_strict(options, result)
 
 
 def check_size(path, camera, image_set):

@@ -10,7 +10,12 @@ from raxel.calibration.mirror.images import mirror_views
 from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.cli.findings import of_left_out, of_pitch, reported
-from raxel.cli.outputs import check_outputs, check_writable, write_results
+from raxel.cli.outputs import (
+    check_outputs,
+    check_writable,
+    exit_if_strict,
+    write_results,
+)
 from raxel.cli.views import check_options
 from raxel.errors import InputError
 from raxel.evaluation.comparison import back_projection, expected_errors, spread_fields
@@ -67,6 +72,7 @@ def calibrate_mirror_set(options, say):
         dict(zip(names, cameras, strict=True)),
         lambda folder: write_mirror_report(folder, mirror_set, found, result),
     )
+    exit_if_strict(options, result)
 
 
 def stage_files(out, count):
@@ -181,6 +187,7 @@ def evaluate_mirror_set(options, say):
     ]
     result |= reported(of_left_out(missed) + unposed)
     write_results(options, result)
+    exit_if_strict(options, result)
 
 
 def _stage_to_score(options, mirror_set):

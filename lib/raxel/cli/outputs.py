@@ -74,7 +74,6 @@ def write_results(
     """Write --json, cameras by file name and --report: all or none.
 
     `draw` writes the report into a folder. This takes its place after the other files.
-    With --strict, raises Exit afterwards if the result has one of the STRICT diagnoses.
     """
     with contextlib.ExitStack() as stack:
         if draw and options.report:
@@ -84,6 +83,10 @@ def write_results(
             camera.save(place(path))
         if options.json:
             write_json(place(options.json), result)
+
+
+def exit_if_strict(options: SimpleNamespace, result: dict[str, Any]) -> None:
+    """Raise Exit with --strict if the result has one of the STRICT diagnoses."""
     codes = {one["code"] for one in result["diagnoses"]} & set(STRICT)
     if options.strict and codes:
         problem = f"raxel: --strict: {', '.join(sorted(codes))}; results are saved"

@@ -520,15 +520,16 @@ def overview(result: dict[str, Any], words: Words) -> Iterator[tuple[str, str]]:
     yield line("error", words, {"held": held, "score": score, "second": rival})
     lens = dict.fromkeys(("fx", "fy"), None) | dict.fromkeys(("cx", "cy"), None)
     if "focal_px" in camera:
-        values = [*camera["focal_px"], *camera["principal_point_px"]]
+        numbers = *camera["focal_px"], *camera["principal_point_px"]
+        values = [round(number, 2) for number in numbers]
         lens = dict(zip(lens, values, strict=True)) | result.get("terms", {})
     code = "lens" if "focal_px" in camera else "rays"
     yield line(code, words, camera, camera["field_of_view_deg"], lens)
     area = result.get("beyond_boards")
     outside = line("outside", words, area)[1] if area else ""
     yield line("area", words, camera, {"outside": outside})
-    if result["next_image"]["place"]:
-        yield line("next", words, result["next_image"])
+    if result["next_image"]:
+        yield line("next", words, {"place": result["next_image"]})
 
 
 def _shortened(reason):

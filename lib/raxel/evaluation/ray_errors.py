@@ -52,17 +52,16 @@ def errors_of_table(camera, halves):
 
 
 def next_place(camera):
-    """(name of the ninth of the image whose rays are least certain, its RMS SD px), or
-    None where no errors are known. A ninth without rays is uncertain by the image."""
+    """Name of the ninth of the image whose rays are least certain, None where no errors
+    are known. A ray without errors is uncertain by the width of the image."""
     errors = camera.pixel_covariance(node_pixels(camera).reshape(-1, 2))
     squares = np.trace(errors, axis1=1, axis2=2).reshape(node_pixels(camera).shape[:2])
     if np.isnan(squares).all():
         return None
     squares = np.where(np.isnan(squares), float(camera.width) ** 2, squares)
     ninths = {
-        f"{row} {column}": np.sqrt(part.mean())
+        f"{row} {column}": part.mean()
         for row, rows in zip(ROWS, np.array_split(squares, 3, axis=0), strict=True)
         for column, part in zip(COLUMNS, np.array_split(rows, 3, axis=1), strict=True)
     }
-    place = max(ninths, key=ninths.__getitem__)
-    return place, float(ninths[place])
+    return max(ninths, key=ninths.__getitem__)

@@ -233,9 +233,16 @@ def test_strict_misfit_has_its_own_status_and_all_results(tmp_path, capsys):
             assert main([*command, *given]) == status
             found = json.loads(Path(names[1]).read_text())["diagnoses"]
             codes = {one["code"] for one in found} & set(STRICT)
-            assert ", ".join(codes) in capsys.readouterr().err
+            printed = capsys.readouterr()
+            assert ", ".join(codes) in printed.err
+            assert "RMS " in printed.out
             assert len(codes) == (status == 3)
             Path(names[1]).unlink()
+    # A folder of results is complete, too.
+    out = tmp_path / "out"
+    options = "--model", "zhang", "--strict", "--corners", str(corners)
+    assert main(["calibrate", str(folder), "--out", str(out), *options]) == 3
+    assert (out / "set.yaml").is_file()
 
 
 @pytest.mark.parametrize("names", [("4.png",), ("7.png", "4.png")])
