@@ -86,8 +86,9 @@ def _turned(rays):
 class BeyondBoards(NamedTuple):
     """share: of the pixels that have a ray, those outside the convex hull of all
     corners; unknown: of them, those outside with an SD above UNKNOWN_SD_PX; largest_px:
-    SD of the worst ray outside, 0 without any; under_px: RMS of the SDs of rays inside
-    boards, by the camera's own covariance where it has one. SDs are distances in px,
+    SD of the worst ray outside, the larger of both sources, 0 without any; under_px:
+    RMS of the SDs of rays inside boards, by the camera's own covariance where it has
+    one. SDs are distances in px,
     after the best rotation."""
 
     share: float
@@ -106,10 +107,11 @@ class BeyondBoards(NamedTuple):
         return dict(zip(keys, self, strict=True))
 
 
-def beyond_boards(fields, covariance, views, seen):
+def beyond_boards(fields, covariance, views, seen, own):
     """The BeyondBoards of CorrectionFields, by the covariance (K, K) of their shapes.
 
-    seen (N,) bool: the fields' pixels inside boards. None without any.
+    seen (N,) bool: the fields' pixels inside boards; own (N,): SDs of all pixels by the
+    camera's own covariance, px, NaN where unknown. None without any pixel inside.
     """
     import cv2
 
@@ -124,4 +126,7 @@ def beyond_boards(fields, covariance, views, seen):
     under = np.sqrt(np.mean(squares[seen]))
     unknown = outside & (sd > max(UNKNOWN_SD_PX, UNKNOWN_SD_RATIO * under))
     shares = float(np.mean(outside)), float(np.mean(unknown))
-    return BeyondBoards(*shares, float(np.max(sd * outside)), float(under))
+    largest = np.max(np.fmax(sd, own) * outside)
+    known = own[seen & np.isfinite(own)]
+    under = np.sqrt(np.mean(known**2)) if len(known) else under
+    return BeyondBoards(*shares, float(largest), float(under))

@@ -206,11 +206,10 @@ def split_half(camera, scores, views, shape=None):
     if fields is not None:
         normal, *_ = image_equations(*of_boards, fields)
         covariance = within * np.linalg.pinv(normal.sum(axis=0), hermitian=True)
-        beyond = beyond_boards(fields, covariance, [view for _, view in pairs], seen)
-        errors = camera.pixel_covariance(fields.pixels[seen])
-        under_px = np.sqrt(np.mean(np.trace(errors, axis1=1, axis2=2)))
-        if beyond and np.isfinite(under_px):
-            beyond = beyond._replace(under_px=float(under_px))
+        errors = camera.pixel_covariance(fields.pixels)
+        own = np.sqrt(np.trace(errors, axis1=1, axis2=2))
+        views = [view for _, view in pairs]
+        beyond = beyond_boards(fields, covariance, views, seen, own)
     return found._replace(focal=focal, outlier=outlier, beyond=beyond)
 
 

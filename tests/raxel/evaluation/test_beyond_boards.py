@@ -50,14 +50,15 @@ def test_uncertainty_outside_boards_of_a_growing_field():
     corners = np.array([[0.0, 0], [195.0, 0], [195.0, 10], [0.0, 10], [np.nan, np.nan]])
     views = [BoardView(corners, corners, 5, 1)]
     seen = u < 195
-    found = beyond_boards(fields, np.array([[0.25]]), views, seen)
+    own = np.full(100, np.nan)
+    found = beyond_boards(fields, np.array([[0.25]]), views, seen, own)
     under = np.sqrt(np.mean((u[seen] / 200) ** 2))
     assert 2 * under > 1
     unknown = np.mean(u / 200 > 2 * under)
     assert found == pytest.approx(BeyondBoards(0.8, unknown, 990 / 200, under))
-    found = beyond_boards(fields, np.array([[0.0025]]), views, seen)
+    found = beyond_boards(fields, np.array([[0.0025]]), views, seen, own)
     assert found == pytest.approx(BeyondBoards(0.8, 0.0, 99 / 200, under / 10))
-    assert beyond_boards(fields, np.eye(1), views, np.zeros(100, bool)) is None
+    assert beyond_boards(fields, np.eye(1), views, np.zeros(100, bool), own) is None
 
 
 def test_only_central_boards_give_a_large_unknown_area():

@@ -45,8 +45,12 @@ def test_largest_sd_is_outside_the_boards():
     fields = CorrectionFields(pixels, shapes, np.zeros((10, 2, 3)), np.eye(1))
     corners = np.array([[-1.0, 0], [45, 0], [45, 10], [-1, 10]])
     views = [BoardView(corners, corners, 2, 2)]
-    found = beyond_boards(fields, np.eye(1), views, pixels[:, 0] < 45)
+    own, seen = np.full(10, np.nan), pixels[:, 0] < 45
+    found = beyond_boards(fields, np.eye(1), views, seen, own)
     assert (found.share, found.largest_px) == (0.5, pytest.approx(0.4))
+    # The camera's own errors count, too: what is printed of both does not contradict.
+    found = beyond_boards(fields, np.eye(1), views, seen, np.full(10, 0.6))
+    assert (found.largest_px, found.under_px) == pytest.approx((0.6, 0.6))
 
 
 @pytest.mark.parametrize("along", ["rows", "columns"])

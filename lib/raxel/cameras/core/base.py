@@ -254,11 +254,19 @@ class Camera(abc.ABC):
             Covariances, px^2, NaN outside the image, or if none are known.
         """
         pixels = as_rows(pixels, 2)
+        found = np.full((len(pixels), 2, 2), np.nan)
+        nodes, spacing = self._node_errors()
+        if nodes is not None:
+            inside = self.in_image(pixels)
+            found[inside] = _covariance_between(nodes, (pixels[inside] + 0.5) / spacing)
+        return found
+
+    def _node_errors(self):
+        """(error_nodes or None, their spacing in px)"""
         if self.error_nodes is None:
-            return np.full((len(pixels), 2, 2), np.nan)
+            return None, None
         cells = np.array(self.error_nodes.shape[1::-1]) - 1
-        places = (pixels + 0.5) / [self.width, self.height] * cells
-        return covariance_between(self.error_nodes, places, self.in_image(pixels))
+        return self.error_nodes, np.array([self.width, self.height]) / cells
 
     @abc.abstractmethod
     def project(self, points: ArrayLike) -> Projection:
@@ -440,19 +448,16 @@ def pixel_grid(width: int, height: int) -> NDArray[np.float64]:
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
 
 
-def covariance_between(nodes, places, inside):
+def _covariance_between(nodes, places):
     """Covariances (N, 2, 2), bilinear between nodes (rows, columns, 3) uu, uv, vv, at
-    places (N, 2) (column, row); NaN where not inside (N,)."""
-    found = np.full((len(places), 2, 2), np.nan)
-    limit = np.array(nodes.shape[1::-1]) - 2
-    cell = np.clip(places[inside].astype(int), 0, limit)
-    s, t = (places[inside] - cell).T[..., None]
+    places (N, 2) (column, row)."""
+    cell = np.clip(places.astype(int), 0, np.array(nodes.shape[1::-1]) - 2)
+    s, t = (places - cell).T[..., None]
     i, j = cell.T
     upper = (1 - s) * nodes[j, i] + s * nodes[j, i + 1]
     lower = (1 - s) * nodes[j + 1, i] + s * nodes[j + 1, i + 1]
     uu, uv, vv = ((1 - t) * upper + t * lower).T
-    found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
-    return found
+    return np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
 
 
 # Cameras that contain another camera: the viewer of mirrors, the lens of a field.

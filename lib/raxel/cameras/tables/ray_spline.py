@@ -22,7 +22,6 @@ from raxel.cameras.core.base import (
     checked_array,
     checked_positive,
     checked_rigid,
-    covariance_between,
     near_rows,
     nested_fields,
 )
@@ -194,26 +193,8 @@ class RaySplineCamera(Camera):
         ).T
         return inside & self.covered[row, column]
 
-    def pixel_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Return covariances of the positions in the image of the rays of pixels.
-
-        They are the predicted errors of where in the image the rays belong.
-
-        Parameters
-        ----------
-        pixels : array_like, shape (N, 2)
-            Pixel coordinates (u, v), px.
-
-        Returns
-        -------
-        ndarray, shape (N, 2, 2)
-            Covariances, px^2, NaN outside the image, or if none are known.
-        """
-        pixels = as_rows(pixels, 2)
-        if self.covariance is None:
-            return np.full((len(pixels), 2, 2), np.nan)
-        places = (pixels + 0.5) / (self.spacing_px / 2)
-        return covariance_between(self.covariance, places, self.in_image(pixels))
+    def _node_errors(self):
+        return self.covariance, self.spacing_px / 2
 
     def _in_camera(self, rays):
         T = self.T_camera_trend
