@@ -158,25 +158,23 @@ figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 .warning { color: var(--warn); }
 """
 FORMATS = {"rms_px": ".3f", "median_px": ".3f", "mean_deg": ".4f"}
-# Format of `raxel export`, file, line of code that reads it.
+# Format of `raxel export`, file, line of code or command that reads it.
 READERS = (
     (
         "opencv",
         "camera.yaml",
-        "K = cv2.FileStorage('camera.yaml', 0).getNode('camera_matrix').mat()",
+        "K, D = (cv2.FileStorage('camera.yaml', 0).getNode(n).mat() for n in "
+        "('camera_matrix', 'distortion_coefficients'))",
     ),
-    (
-        "ros",
-        "camera_info.yaml",
-        "camera_info_manager: camera_info_url: camera_info.yaml",
-    ),
+    ("ros", "camera_info.yaml", "camera_info_url: file:///.../camera_info.yaml"),
     ("kalibr", "camchain.yaml", "kalibr_calibrate_imu_camera --cams camchain.yaml ..."),
-    ("colmap", "cameras.txt", "reconstruction = pycolmap.Reconstruction('.')"),
+    ("colmap", "cameras.txt", "_, model, width, height, *parameters = LINE.split()"),
     ("nerfstudio", "transforms.json", "ns-train nerfacto --data ."),
     ("mrcal", "camera.cameramodel", "model = mrcal.cameramodel('camera.cameramodel')"),
     (
         "maps",
         "maps.npz",
+        "maps = np.load('maps.npz'); "
         "image = cv2.remap(image, maps['mapx'], maps['mapy'], cv2.INTER_LINEAR)",
     ),
     ("table", "rays.npz", "rays = np.load('rays.npz')['directions']"),
@@ -279,17 +277,17 @@ def page(
         table(("Image", f"{words.point}s".capitalize(), *HEADS), map(_row, images)),
         *(_figures(p, words) for p in images if p.score is not None),
         "<h2>Use the camera</h2>",
-        _files(result.get("camera_file", "camera.npz")),
+        _files(),
         "<h2>All results</h2>",
         pairs(_rows(image_set, result, words)),
     ]
     return document(title, parts)
 
 
-def _files(camera):
+def _files():
     """Files to take away, with the code that reads each."""
     lines = (
-        f"# raxel export {camera} --format {name} --out {file}\n{code}"
+        f"# raxel export camera.npz --format {name} --out {file}\n{code}"
         for name, file, code in READERS
     )
     return f"<pre><code>{escape(chr(10).join(lines))}</code></pre>"
