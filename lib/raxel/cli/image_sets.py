@@ -110,6 +110,7 @@ def _check_images(image_set: ImageSet, say: Say) -> None:
         ("boards", f"found in {found} of {len(boards)} searched images" * bool(boards)),
         ("reference", f"corners of {len(reference)} images" if reference else ""),
         ("truth", image_set.truth),
+        *(("not used", f"{name}: {reason}") for name, reason in image_set.unused),
     )
     reported(of_pitch(image_set.target) + of_cut_boards(boards, image_set))
     if n_oriented:

@@ -31,7 +31,7 @@ class Fitted(NamedTuple):
     BoardTest of the board's shape, None where it was not tested; corners: nominal
     positions and displacements of the corners, None where the fit took none; lens:
     derivatives of pixels by parameters, and their covariance, as `split_half` takes
-    them, None where there are none."""
+    them, or None."""
 
     camera: Camera
     details: dict

@@ -82,8 +82,9 @@ def opened_set(options: SimpleNamespace) -> ImageSet:
         options.corners = options.set
         return corner_set(options.set)
     given = [name for name in FOLDER_OPTIONS if getattr(options, name, None)]
-    if not Path(options.set).is_dir() or (Path(options.set) / DESCRIPTION).exists():
-        if given and options.command != "evaluate":
+    described = (Path(options.set) / DESCRIPTION).exists()
+    if described or not Path(options.set).is_dir():
+        if described and given and options.command != "evaluate":
             raise InputError(
                 f"--{given[0]}: {options.set} has a {DESCRIPTION}; correct it there, "
                 "and leave the option out"

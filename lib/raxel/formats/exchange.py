@@ -193,7 +193,7 @@ def _pupil_shift(camera):
 
 
 def _equal(camera, models, sample):
-    """As `refit`, of the first model that equals a camera; None if there is none."""
+    """As `refit`, of the first model that equals a camera, or None."""
     for formula, p in equals_of(getattr(camera, "lens", camera)):
         own = {name for name, value in p.items() if value != LACKING.get(name, 0)}
         for name, model in models.items():

@@ -12,7 +12,7 @@ from raxel.multiview.views import perspective_view
 
 N_GRID = 25  # pixels along each axis of the image
 # Rays beyond the boards are extrapolated; they keep a polynomial from diverging.
-BEYOND_WEIGHT = 0.1
+OUTSIDE_WEIGHT = 0.1
 # Of a rotation of 1 rad, as a fraction of f: a narrow lens does not distinguish a
 # rotation from a displacement of the principal point.
 ROTATION_WEIGHT = 1e-3
@@ -69,7 +69,7 @@ def _fitted(name, model, camera, sample):
     if not held.any():
         return name, {}, R, np.full(len(held), np.nan)
     seen, directions = sample.pixels[held], sample.directions[held]
-    weights = np.where(sample.covered[held], 1.0, BEYOND_WEIGHT)[:, None]
+    weights = np.where(sample.covered[held], 1.0, OUTSIDE_WEIGHT)[:, None]
     focal, start = _start(model.formula, centre, seen, directions @ R.T)
     stiffness = ROTATION_WEIGHT * focal * np.sqrt(weights.sum())
     names = model.refit.split()

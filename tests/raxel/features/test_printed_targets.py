@@ -98,7 +98,7 @@ def test_other_april_grid_is_named(change, advice):
 @pytest.mark.parametrize("inverse", [False, True])
 @pytest.mark.parametrize("target", [STAGGERED, SQUARE])
 def test_circle_centres_have_order_and_sd(target, pose, inverse):
-    """A square grid looks the same after half a turn."""
+    """A square grid looks the same rotated by 180 degrees."""
     image, truth = target_image(target, pose)
     found = find_circle_grid(255 - image if inverse else image, target)
     orders = [truth] if target.staggered else [truth, truth[::-1]]
