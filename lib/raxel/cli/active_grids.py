@@ -15,8 +15,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid.view import DecodedView, decode_view
 from raxel.features.grids import SUMMARY, write_points
 from raxel.io.files import write_json
-from raxel.report.canvas import encoded
-from raxel.report.images import decoded_picture, pattern_sheet
+from raxel.report.active_grids import decoded_figure, pattern_sheet
 from raxel.sets import (
     ActiveGrid,
     ImageSet,
@@ -28,6 +27,7 @@ from raxel.sets import (
     patterns_of,
     plan_of_cells,
 )
+from raxel.sets.image_files import write_png
 from raxel.sets.image_set import set_text
 from raxel.sets.model import DESCRIPTION
 from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, chessboard_of_corners
@@ -59,13 +59,14 @@ def patterns(options: SimpleNamespace, say: Say) -> None:
     with new_folder(options.out) as folder:
         for number, pattern in enumerate(shown, 1):
             image = pattern_image(pattern, size)
-            (folder / pattern.image).write_bytes(encoded(image, ".png"))
+            write_png(folder / pattern.image, image)
             say(f"{number}/{len(shown)} {pattern.image}")
         others = {WHITE: np.full_like(image, 255), BLACK: np.zeros_like(image)}
         if board:
             others[CHESSBOARD] = chessboard_image(board, size)
-        for name, image in (*others.items(), (PREVIEW, pattern_sheet(shown, size))):
-            (folder / name).write_bytes(encoded(image, ".png"))
+        for name, image in others.items():
+            write_png(folder / name, image)
+        pattern_sheet(shown, size).savefig(folder / PREVIEW)
         grid = ActiveGrid(size, options.size_mm, board)
         text = HEADER + FEW_STEPS * (options.steps < 6)
         text += set_text(_described(shown, grid, options.poses))
@@ -134,8 +135,9 @@ def _write(folder: Path, label: str, found: DecodedView, target: Any) -> None:
     write_points(folder / f"{label}.npz", decoded)
     if image.dtype == np.uint16:
         image = (image >> 8).astype(np.uint8)
-    plot = decoded_picture(decoded, image, target.monitor_mm or target.monitor_px)
-    (folder / f"{label}.png").write_bytes(encoded(plot, ".png"))
+    extent = target.monitor_mm or target.monitor_px
+    figure = decoded_figure(decoded, image, extent)
+    figure.savefig(folder / f"{label}.png", bbox_inches="tight")
 
 
 def _summary(label: str, found: DecodedView) -> dict[str, Any]:

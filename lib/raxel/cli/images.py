@@ -19,7 +19,13 @@ from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.features.grids import has_points, read_grid
-from raxel.io.files import check_can_be_written, png_names, replacing, write_json
+from raxel.io.files import (
+    check_can_be_written,
+    png_names,
+    read_json,
+    replacing,
+    write_json,
+)
 from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.multiview.views import (
     FAR_RANGE_MM,
@@ -35,8 +41,8 @@ from raxel.multiview.views import (
     share_seen,
     source_pixels,
 )
-from raxel.report.canvas import is_undistorted_png, write_undistorted_png
 from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
+from raxel.sets.image_files import write_png
 
 MAX_PERSPECTIVE_FOV_DEG = 170
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
@@ -81,9 +87,7 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
     with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
         folder = Path(room) / "images"
         for number, (name, target) in enumerate(zip(files, targets, strict=True), 1):
-            write_undistorted_png(
-                folder / target, new.of_image(read_colour(image_set, name))
-            )
+            write_png(folder / target, new.of_image(read_colour(image_set, name)))
             renamed = (
                 f" as {target}" if target != PurePath(name).with_suffix(".png") else ""
             )
@@ -93,8 +97,10 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
             u, v = np.moveaxis(new.maps, 2, 0)
             np.savez_compressed(folder / MAPS, u=u, v=v)
             targets.append(PurePath(MAPS))
-        write_json(folder / SIDECAR, {SIDECAR_MARK: 1} | new.geometry)
-        for target in [*targets, PurePath(SIDECAR)]:
+        written = [target.as_posix() for target in targets]
+        about = {SIDECAR_MARK: 1, "files": written} | new.geometry
+        write_json(folder / SIDECAR, about)
+        for target in [PurePath(SIDECAR), *targets]:
             (out / target).parent.mkdir(parents=True, exist_ok=True)
             os.replace(folder / target, out / target)
     print(
@@ -205,12 +211,10 @@ def _check_targets(
     paths = [out / target for target in targets]
     own = out / SIDECAR, out / MAPS
     check_written([*paths, *own], [image_set], [camera])
-    if not (own[0].exists() and SIDECAR_MARK in own[0].read_text(errors="replace")):
-        for path in filter(Path.exists, own):
-            raise InputError(
-                f"{path}: not written by raxel undistort; choose another --out"
-            )
-    for path in paths:
+    earlier: set[Path] = set()
+    if own[0].exists() and SIDECAR_MARK in own[0].read_text(errors="replace"):
+        earlier = {*own, *(out / name for name in read_json(own[0])["files"])}
+    for path in (*own, *paths):
         if not path.parent.resolve().is_relative_to(out.resolve()):
             raise InputError(
                 f"{path.parent}: found a link that leads out of {out}; remove it, or "
@@ -220,7 +224,7 @@ def _check_targets(
         if not folder.is_dir():
             raise InputError(f"{folder}: not a folder; choose another --out")
         check_can_be_written(folder / "image.png")
-        if path.exists() and not is_undistorted_png(path):
+        if path.exists() and path not in earlier:
             raise InputError(
                 f"{path}: not written by raxel undistort; choose another --out, or "
                 "remove the file"

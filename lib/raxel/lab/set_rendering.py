@@ -39,6 +39,7 @@ from raxel.lab.scenes import (
     odd_share,
 )
 from raxel.lab.target_poses import outline_of
+from raxel.sets.image_files import write_png
 from raxel.sets.image_set import load_set, write_set
 from raxel.sets.model import ActiveGrid, ImageSet, Pattern, View
 from raxel.sets.patterns import (
@@ -481,9 +482,7 @@ def render_set(
 
 def write_image(path, image):
     """An image (H, W) or (H, W, 3), red, green, blue, as PNG."""
-    if image.ndim == 3:
-        image = image[..., ::-1]
-    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes())
+    write_png(path, image if image.ndim == 2 else image[..., ::-1])
 
 
 def _board_view(rig, T_camera_target, index, use, folder, seed):

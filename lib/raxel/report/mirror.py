@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import cv2
 import numpy as np
+from matplotlib.figure import Figure
 
 from raxel.calibration.mirror.clamp import plane_through
 from raxel.calibration.mirror.observations import normalised, support_of
 from raxel.calibration.mirror.stages import MirrorCalibration
-from raxel.evaluation.diagnoses import mirror_lines, number
+from raxel.evaluation.diagnoses import mirror_lines
 from raxel.features.detector import as_8_bit
-from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
-from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_figure
-from raxel.report.page import PAGE, document, figure, numbers, pairs, table, warnings
+from raxel.report.figures import (
+    COLOURS,
+    DPI,
+    MISSING,
+    PALE,
+    WIDTH_IN,
+    image_figure,
+    residual_figure,
+    show_image,
+    typical_length,
+)
+from raxel.report.page import PAGE, html
 from raxel.sets import read_image
 from raxel.sets.mirror_set import MirrorSet
 
-# Shapes of a flexible mirror: profiles in one chart, and contour lines over images.
-
-
-CHART = (960, 400)  # px
-FRAME = (90, 30, 30, 60)  # margins in px: left, top, right, bottom
 N_SAMPLES = 81  # along a profile
-N_TICKS = 6  # on an axis, about
-LEVELS, MIN_STEP_MM = 8, 0.01  # lines of equal height, about; mm between them
-STEP_PX = 2  # of a figure, between computed heights, along each axis
-KNOT, LEVEL = (150, 120, 60), (40, 40, 200)
-ROUND_STEPS = (1.0, 2.0, 5.0, 10.0)
+N_LEVELS = 8  # lines of equal height, about
+N_HEIGHTS = 320  # computed along the width of a figure
+KNOT, LEVEL = "#3c7896", "#c82828"
 
 
 def profiles(calibration):
@@ -68,68 +69,63 @@ def heights(calibration, stage, pixels):
     return found
 
 
-def profile_figure(along, height):
-    """The profiles (n, N_SAMPLES), mm, of all stages in one chart."""
-    canvas = Canvas(*CHART)
-    left, above, right, below = FRAME
-    low = np.array([0.0, min(height.min(), 0.0)])
-    high = np.array([along.max(), max(height.max(), low[1] + 1.0)])
-    size = np.array([CHART[0] - left - right, CHART[1] - above - below])
+def deflections(along: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return the height (n,), mm, of the end of each profile over the first shape."""
+    return height[:, -1] - np.interp(along[:, -1], along[0], height[0])
 
-    def place(x, y):
-        share = (np.column_stack([x, y]) - low) / (high - low)
-        return np.column_stack(
-            [left + share[:, 0] * size[0], above + (1 - share[:, 1]) * size[1]]
-        )
 
-    for axis in (0, 1):
-        for tick in _ticks(low[axis], high[axis]):
-            ends = np.array([low, high])
-            ends[:, axis] = tick
-            line = place(*ends.T)
-            canvas.line(line, QUIET)
-            at = line[0] + ([-14, 20] if axis == 0 else [-60, 10])
-            canvas.text(at, f"{tick:g}")
-    canvas.text([CHART[0] / 2 - 120, CHART[1] - 6], "distance from the clamp line (mm)")
-    canvas.text([0, 20], "height (mm)")
-    legend = []
+def profile_figure(along: np.ndarray, height: np.ndarray) -> Figure:
+    """Return the profiles (n, N_SAMPLES), mm, of all stages in one chart."""
+    figure = Figure((WIDTH_IN, 4), dpi=DPI, layout="constrained")
+    axes = figure.subplots()
+    axes.set_prop_cycle(color=COLOURS)
     for stage, profile in enumerate(zip(along, height, strict=True)):
-        colour = COLOURS[stage % len(COLOURS)]
-        canvas.line(place(*profile), colour, 2)
-        legend.append((colour, f"stage {stage}"))
-    return canvas.with_legend(legend)
+        axes.plot(*profile, label=f"stage {stage}")
+    axes.set(xlabel="distance from the clamp line (mm)", ylabel="height (mm)")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    return figure
 
 
-def shape_figure(image, calibration, stage):
-    """A stage over its image (H, W) uint8: contour lines of the height over the plane
-    of the first shape, the knots, and the number of corners between them."""
+def shape_figure(
+    image: np.ndarray, calibration: MirrorCalibration, stage: int
+) -> Figure:
+    """Return a stage over its image (H, W) uint8.
+
+    Contour lines of the height over the plane of the first shape, the knots, and the
+    number of corners between them.
+    """
     camera = calibration.cameras[stage]
-    canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
-    height = _shown_heights(canvas, calibration, stage)
-    legend = [(KNOT, "knots, with the corners between them")]
-    known = height[np.isfinite(height)]
-    if len(known):
-        step = _round(max(np.ptp(known) / LEVELS, MIN_STEP_MM))
-        canvas.image[level_lines(height, step)] = LEVEL
-        legend.append((LEVEL, f"equal height, every {step:g} mm"))
-    _draw_knots(canvas, camera, calibration.bundle.corners[stage])
-    return canvas.with_legend(legend)
+    figure, (axes,) = image_figure(*image.shape[::-1])
+    show_image(axes, image, PALE)
+    v, u = (
+        np.linspace(0, n - 1, max(2, round(N_HEIGHTS * n / image.shape[1])))
+        for n in image.shape
+    )
+    pixels = np.stack(np.meshgrid(u, v), axis=-1)
+    height = heights(calibration, stage, pixels.reshape(-1, 2))
+    if np.isfinite(height).any():
+        height = height.reshape(pixels.shape[:2])
+        lines = axes.contour(u, v, height, N_LEVELS, colors=LEVEL, linewidths=0.8)
+        axes.clabel(lines, fmt="%g mm", fontsize=7)
+    _draw_knots(axes, camera, calibration.bundle.corners[stage])
+    return figure
 
 
-def _draw_knots(canvas, camera, corners):
+def _draw_knots(axes, camera, corners):
     grid = camera.grid
-    u, v = grid.breaks
     for axis, breaks in enumerate(grid.breaks):
         other = np.linspace(*grid.breaks[1 - axis][[0, -1]], N_SAMPLES)
         for at in breaks:
             uv = np.column_stack([np.full(N_SAMPLES, at), other])
-            canvas.line(_pixels(camera, uv if axis == 0 else uv[:, ::-1]), KNOT)
-    cells = support_of(grid, corners).cells
-    middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in (u, v)]
-    for i, x in enumerate(middles[0]):
-        for j, y in enumerate(middles[1]):
-            (pixel,) = _pixels(camera, np.array([[x, y]]))
-            canvas.text(pixel, f"{cells[i, j]}", INK if cells[i, j] else MISSING, 0.5)
+            line = _pixels(camera, uv if axis == 0 else uv[:, ::-1])
+            axes.plot(*line.T, color=KNOT, linewidth=0.8)
+    middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in grid.breaks]
+    for (i, j), count in np.ndenumerate(support_of(grid, corners).cells):
+        (pixel,) = _pixels(camera, np.array([[middles[0][i], middles[1][j]]]))
+        if np.isfinite(pixel).all():
+            colour = "black" if count else MISSING
+            axes.text(*pixel, f"{count}", color=colour, fontsize=8, clip_on=True)
 
 
 def _pixels(camera, uv):
@@ -138,60 +134,12 @@ def _pixels(camera, uv):
     return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
 
 
-def _shown_heights(canvas, calibration, stage):
-    """Heights (h, w), mm, at the pixels of a canvas; NaN outside the knots."""
-    h, w = canvas.image.shape[:2]
-    # At the middle of what a height stands for, where `resize` takes it to be.
-    x, y = (np.arange(0, n, STEP_PX) + (STEP_PX - 1) / 2 for n in (w, h))
-    x, y = np.meshgrid(x, y)
-    pixels = (np.column_stack([x.ravel(), y.ravel()]) + 0.5) / canvas.scale - 0.5
-    height = heights(calibration, stage, pixels).reshape(x.shape)
-    return cv2.resize(height, (w, h), interpolation=cv2.INTER_LINEAR)
-
-
 def _first_plane(camera):
     """(n, k) of the plane n . X = k nearest to a shape, n towards the viewer."""
     u, v = (np.linspace(b[0], b[-1], 9) for b in camera.grid.breaks)
     uv = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
     n, k = plane_through(camera.mirror.points(camera.grid.unturned(uv)))
     return (n, k) if k < 0 else (-n, -k)
-
-
-def _ticks(low, high):
-    step = _round((high - low) / N_TICKS)
-    return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
-
-
-def _round(length):
-    """The largest of 1, 2, 5 times a power of ten that is not above a length."""
-    power = 10.0 ** np.floor(np.log10(max(length, 1e-6)))
-    return max(
-        power * step for step in ROUND_STEPS if power * step <= length * 1.0001 + 1e-6
-    )
-
-
-HEADS = (
-    "Stage", "Specified deflection (mm)", "Deflection at the end (mm)", "Residual (mm)",
-    "Corners", "Outliers", "Ray error, median (deg)", "Ray error, largest (deg)",
-)  # fmt: skip
-
-
-class ShownView(NamedTuple):
-    """Hold what the page shows of one image of a board.
-
-    Attributes
-    ----------
-    stage : int
-        Stage of the mirror.
-    name : str
-        Name of the view.
-    residuals : str
-        Name of its figure of residuals.
-    """
-
-    stage: int
-    name: str
-    residuals: str
 
 
 def write_mirror_report(
@@ -217,100 +165,36 @@ def write_mirror_report(
     """
     folder = Path(folder)
     files = {view.label: view.main_image for view in mirror_set.stages.views}
-    off = found.bundle.residuals
-    scale = ArrowScale.of(np.concatenate(off), mirror_set.size[0])
-    views, of_stage = [], {}  # type: ignore[var-annotated]
-    for count, (shown, residuals) in enumerate(zip(found.views, off, strict=True), 1):
-        name = shown.view.name
+    residuals = found.bundle.residuals
+    long = typical_length(np.concatenate(residuals))
+    figures: dict[str, Figure] = {}
+    images: dict[int, np.ndarray] = {}
+    views: list[list[tuple[str, str]]] = [[] for _ in found.cameras]
+    for count, (seen, off) in enumerate(zip(found.views, residuals, strict=True), 1):
+        name, file = seen.view.name, f"residuals-{count:03}.jpg"
         image = as_8_bit(read_image(mirror_set.stages, files[name]))
-        of_stage.setdefault(shown.stage, image)
-        views.append(ShownView(shown.stage, name, f"residuals-{count:03}.jpg"))
-        pixels = _counted(found.cameras[shown.stage], shown.view.pixels)
-        drawn = residual_figure(image, pixels, residuals, scale)
-        (folder / views[-1].residuals).write_bytes(encoded(drawn, ".jpg"))
-    for stage, image in of_stage.items():
-        drawn = shape_figure(image, found, stage)
-        (folder / _shape_name(stage)).write_bytes(encoded(drawn, ".jpg"))
+        images.setdefault(seen.stage, image)
+        pixels = _counted(found.cameras[seen.stage], seen.view.pixels)
+        figures[file] = residual_figure(image, pixels, off, long)
+        views[seen.stage].append((name, file))
+    for stage, image in images.items():
+        figures[f"shape-{stage:03}.jpg"] = shape_figure(image, found, stage)
     along, height = profiles(found)
-    drawn = encoded(profile_figure(along, height), ".png")
-    (folder / "profiles.png").write_bytes(drawn)
-    moved = height[:, -1] - np.interp(along[:, -1], along[0], height[0])
-    (folder / PAGE).write_text(_page(mirror_set, result, views, moved), "utf-8")
+    figures["profiles.png"] = profile_figure(along, height)
+    for file, figure in figures.items():
+        figure.savefig(folder / file, bbox_inches="tight")
+    page = html(
+        "mirror",
+        name=mirror_set.name,
+        result=result,
+        pairs=mirror_lines(result),
+        moved=deflections(along, height),
+        views=views,
+    )
+    (folder / PAGE).write_text(page, "utf-8")
 
 
 def _counted(camera, pixels):
     """Those of pixels (N, 2) that count in the bundle: found, and between the knots."""
     with np.errstate(invalid="ignore"):
         return pixels[camera.grid.inside(normalised(camera.viewer, pixels))]
-
-
-def _page(mirror_set, result, views, moved):
-    """The page as text; moved (n,) mm: the end of each profile, off the first shape."""
-    title = escape(f"{mirror_set.name}: calibration, {result['model']}")
-    parts = [
-        f"<h1>{title}</h1>",
-        *warnings(result["warnings"]),
-        pairs(mirror_lines(result)),
-        "<h2>Shapes</h2>",
-        figure(
-            "profiles.png",
-            "Centre line of the mirror at all stages, from the clamp line to the last "
-            "knot: height over the plane of the first shape, towards the camera. The "
-            "table lists the deflection of its end.",
-        ),
-        _table(result["stages"], moved),
-    ]
-    for stage, about in enumerate(result["stages"]):
-        parts += _stage(stage, about, [view for view in views if view.stage == stage])
-    return document(title, parts)
-
-
-def _table(stages, moved):
-    rows = []
-    for stage, (about, distance) in enumerate(zip(stages, moved, strict=True)):
-        error = about["predicted_ray_error_deg"]
-        deflection = about.get("deflection_mm")
-        cells = (
-            "" if deflection is None else f"{deflection:g}",
-            number(distance, ".2f") if stage else "",
-            number(about["residual_mm"]["mean"], ".3f"),
-            about.get("corners", ""),
-            about.get("wrong_corners", ""),
-            number(error["median"], ".3f"),
-            number(error["largest"], ".3f"),
-        )
-        rows.append(f"<td>{stage}</td>{numbers(cells)}")
-    return table(HEADS, rows)
-
-
-def _stage(stage, about, views):
-    """HTML of one stage: its shape and knots, its flags, its boards' residuals."""
-    parts = [f"<h2>Stage {stage}</h2>"]
-    if stage:
-        support = about["support"]
-        counts, across = (", ".join(map(str, support[f"along_{k}"])) for k in "uv")
-        parts.append(
-            f"<p>From {escape(about['before'])} to {escape(about['after'])}. Corners "
-            f"per knot interval: {counts} along the mirror, {across} across it."
-            "</p>"
-        )
-        parts += [f"<p>flagged: {escape(text)}</p>" for text in about["flags"]]
-    else:
-        parts.append(
-            "<p>The first shape is determined by the monitor, not by the corners that "
-            "the figure counts.</p>"
-        )
-    shape = figure(
-        _shape_name(stage),
-        "Contour lines of the height over the plane of the first shape, knots, and "
-        "corners per knot interval. No corner constrains the shape where it is 0.",
-    )
-    residuals = (
-        figure(view.residuals, f"Residuals of {view.name}, same scale for all.")
-        for view in views
-    )
-    return [*parts, shape, *residuals]
-
-
-def _shape_name(stage):
-    return f"shape-{stage:03}.jpg"

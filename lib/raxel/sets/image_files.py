@@ -312,3 +312,9 @@ def _by_opencv(data, colour):
         return None
     finally:
         cv2.utils.logging.setLogLevel(level)
+
+
+def write_png(path: Path, image: np.ndarray) -> None:
+    """Write an image (H, W) or (H, W, 3), blue, green, red, of 8 or 16 bit as PNG."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(image))[1].tobytes())

