@@ -14,9 +14,9 @@ from raxel.cli.models import (
     FITS,
     MIN_N_VIEWS,
     MISFITS,
-    PUPILS,
     STAGES,
     TABLES,
+    WITH_PUPIL,
 )
 from raxel.cli.outputs import (
     check_outputs,
@@ -302,9 +302,9 @@ def _compared(task, whole, fit):
         if key not in known_fits:
             task.say(f"cross-validation: {name} on {len(views)} views")
             more = {}
-            if name in PUPILS:
+            if name in WITH_PUPIL:
                 pupil = whole(name).details["pupil"]
-                more["pupil"] = PUPILS[name] if pupil and pupil["moves"] else "fixed"
+                more["pupil"] = "moving" if pupil and pupil["moves"] else "fixed"
             known_fits[key] = task.fitted(name, views, **more)
         return known_fits[key].camera, known_fits[key].shape
 

@@ -45,7 +45,8 @@ def image_figure(
     """Return a figure and its axes, each showing an image of width x height px."""
     size = WIDTH_IN, rows * (WIDTH_IN / columns * height / width + MARGIN_IN)
     # Fixed margins take half the time, which counts for the figures of all images.
-    figure = Figure(size, dpi=DPI, layout="compressed" if columns == 1 else "none")
+    layout: Any = "compressed" if columns == 1 else "none"
+    figure = Figure(size, dpi=DPI, layout=layout)
     if columns > 1:
         side, edge = 0.4 / WIDTH_IN, MARGIN_IN / 2 / size[1]
         figure.subplots_adjust(side, edge, 1 - side / 2, 1 - edge, wspace=0.1)

@@ -133,8 +133,7 @@ def calibrate_spline(
     rng, units, side
         As of the generic method (`calibrate_generic`), which gives the start where no
         lens formula fits.
-    pupil : {"by test", "fixed"}
-        "fixed" gives a central camera.
+    pupil : {"by test", "fixed", "moving"}
     board : {"by test", "flat"}
         As of `calibrate_lens`.
 
