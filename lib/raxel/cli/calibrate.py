@@ -167,9 +167,12 @@ def _calibrated(name, task, asked, details):
     lenses = "" if asked == "auto" else "try --model kannala-brandt or unified, "
     warnings += findings.warnings_of(result, right_px, words, lenses)
     distance = fitted.camera.board_distance = _board_distance(images, used)
+    fitted.camera.board_cells = covered_cells(used, *size)
     if fitted.lens:
-        errors = errors_of_formula(fitted.camera, distance, *fitted.lens)
-        fitted.camera.error_nodes = errors
+        of_corners = corners.ray_covariance if fitted.corners else None
+        fitted.camera.error_nodes = errors_of_formula(
+            fitted.camera, distance, *fitted.lens, of_corners
+        )
     halves = split_half(fitted.camera, images, used, fitted.shape)
     if halves and model in TABLES:
         fitted.camera.error_nodes = errors_of_table(fitted.camera, halves)
@@ -183,7 +186,6 @@ def _calibrated(name, task, asked, details):
     values["explained"] = any(explained(each, found.rms_px) for each in warnings)
     warnings += _misfit_warnings(found, asked, right, fitted, values)
     warnings += findings.coverage_warnings(result["camera"], used, words)
-    fitted.camera.board_cells = covered_cells(used, *size)
     if fitted.shape:
         board = "unit", "board_shape", "board_corners"
         fitted.camera.board = {key: result[key] for key in board}

@@ -75,13 +75,14 @@ def lens(law, views, size, unit, pupil="by test"):
 
 def _errors(found):
     """(derivatives of pixels at points by the parameters, covariance), or None."""
-    if found.covariance is None:
+    if found.terms is None:
         return None
+    formula, values, covariance = found.terms
 
     def slopes(points):
-        return imaged_points(found.formula, found.values, points).by_values
+        return imaged_points(formula, values, points).by_values
 
-    return slopes, found.covariance
+    return slopes, covariance
 
 
 def _terms(found):

@@ -65,7 +65,8 @@ class BoardCorners(NamedTuple):
     its squares' side. held_out_px: RMS distance of boards predicted by the other half
     of the images, halves_px: RMS difference between the rays of both; each for the
     nominal and for the displaced positions, the median of all divisions; NaN where no
-    group is significant.
+    group is significant. ray_covariance (P, P): of the coefficients of `polynomials`
+    by which errors of the offsets move rays.
     """
 
     offsets: np.ndarray
@@ -76,6 +77,7 @@ class BoardCorners(NamedTuple):
     pitch: float = np.nan
     held_out_px: tuple = (np.nan, np.nan)
     halves_px: tuple = (np.nan, np.nan)
+    ray_covariance: np.ndarray | None = None
 
     @property
     def used(self):
@@ -150,13 +152,18 @@ def board_corners(camera, scores, views, shape=None):
     normal, right = normal.sum(axis=0), right.sum(axis=0)
     mean = _posterior(normal, right, prior)
     covariance = _posterior(normal, np.eye(len(degree)), prior)
-    spread = modes * np.sqrt(np.transpose(groups) @ variances)
-    sd = np.sqrt(np.einsum("kam,mn,kan->ka", spread, covariance, spread, optimize=True))
+    scale = np.sqrt(np.transpose(groups) @ variances)
+    covariance = scale[:, None] * covariance * scale
+    sd = np.sqrt(np.einsum("kam,mn,kan->ka", modes, covariance, modes, optimize=True))
     seen = np.array([seen_on(each, camera, fields.pixels) for _, each in pairs])
     n_fields = fields.shapes.shape[2]
     rays = rms_moved(fields, seen.any(axis=0), (taken @ mean)[:n_fields])
     pitch = float(np.linalg.norm(view.points[1] - view.points[0]))
-    found = BoardCorners(modes @ mean, sd, p_value, rays, view.columns, pitch)
+    moved = fields.mixing @ taken[:n_fields]
+    found = BoardCorners(
+        modes @ mean, sd, p_value, rays, view.columns, pitch,
+        ray_covariance=moved @ covariance @ moved.T,
+    )  # fmt: skip
     if found.as_stated:
         return found
     free = np.full(len(taken), np.ptp(view.points, axis=0).max() ** 2)

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.evaluation.misfit import without_turns
+
 N_SAMPLES = 257  # along a line across the image
 N_GRID = 64  # pixels along each axis, for all
 MAX_N_CELLS = 64  # of the covered area, along the longer side of the image
@@ -88,8 +90,7 @@ class BeyondBoards(NamedTuple):
     corners; unknown: of them, those outside with an SD above UNKNOWN_SD_PX; largest_px:
     SD of the worst ray outside, the larger of both sources, 0 without any; under_px:
     RMS of the SDs of rays inside boards, by the camera's own covariance where it has
-    one. SDs are distances in px,
-    after the best rotation."""
+    one. SDs are distances in px, after the best rotation of rays inside boards."""
 
     share: float
     unknown: float
@@ -121,7 +122,8 @@ def beyond_boards(fields, covariance, views, seen, own):
     hull = cv2.convexHull(corners[np.isfinite(corners[:, 0])].astype(np.float32))
     inside = [cv2.pointPolygonTest(hull, p, False) >= 0 for p in fields.pixels]
     outside = ~np.array(inside)
-    squares = np.sum((fields.shapes @ covariance) * fields.shapes, axis=(1, 2))
+    shapes = without_turns(fields.turns, fields.shapes, seen)
+    squares = np.sum((shapes @ covariance) * shapes, axis=(1, 2))
     sd = np.sqrt(np.maximum(squares, 0.0))
     under = np.sqrt(np.mean(squares[seen]))
     unknown = outside & (sd > max(UNKNOWN_SD_PX, UNKNOWN_SD_RATIO * under))

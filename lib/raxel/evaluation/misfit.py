@@ -200,11 +200,11 @@ def correction_fields(camera, pairs, terms=polynomials):
     return CorrectionFields(pixels, shapes, turns, mixing, terms)
 
 
-def without_turns(turns, fields):
-    """Fields (N, 2, K) less what of them is a rotation, turns (N, 2, 3)."""
-    flat, basis = fields.reshape(-1, fields.shape[2]), turns.reshape(-1, 3)
-    share = np.linalg.solve(basis.T @ basis, basis.T @ flat)
-    return (flat - basis @ share).reshape(fields.shape)
+def without_turns(turns, fields, seen=slice(None)):
+    """Fields (N, 2, K) less the rotation, of turns (N, 2, 3), that makes them smallest
+    at the seen pixels."""
+    basis, flat = turns[seen].reshape(-1, 3), fields[seen].reshape(-1, fields.shape[2])
+    return fields - turns @ np.linalg.lstsq(basis, flat)[0]
 
 
 def rms_moved(fields, seen, change):

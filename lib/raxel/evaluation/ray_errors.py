@@ -1,13 +1,19 @@
 """Predicted errors of the rays of a camera, at nodes over its image.
 
-A formula has the covariance of its parameters. A table has none: half of the difference
-between the rays of halves of the images is the error of all, in the root mean square.
+A formula has the covariance of its parameters. Images do not determine a rotation of
+all rays, so errors are those after the best rotation of the rays that boards covered:
+other rays are extrapolated, and have far larger errors, which would rotate all. Where a
+fit uses displaced corners of the board, their errors move the rays, too. A table has no
+covariance: half of the difference between the rays of halves of the images is the error
+of all, in the root mean square.
 """
 
 import numpy as np
+from scipy.linalg import block_diag
 
+from raxel.cameras.core.base import under_boards
 from raxel.evaluation.distortion import pixels_by_point
-from raxel.evaluation.misfit import without_turns
+from raxel.evaluation.misfit import polynomials, without_turns
 from raxel.geometry.poses import cross_matrix
 
 N_CELLS = 32  # along the longer side of the image
@@ -22,11 +28,12 @@ def node_pixels(camera):
     return np.stack(np.meshgrid(u, v), axis=-1)
 
 
-def errors_of_formula(camera, distance, slopes, covariance):
+def errors_of_formula(camera, distance, slopes, covariance, of_corners=None):
     """`Camera.error_nodes` by the covariance (P, P) of parameters.
 
     distance: of the boards, at which rays are compared; slopes: function of points (N,
-    3), which returns the derivatives (N, 2, P) of their pixels.
+    3), which returns the derivatives (N, 2, P) of their pixels; of_corners: covariance
+    (Q, Q) of `polynomials` by errors of displaced corners.
     """
     places = node_pixels(camera)
     pixels = places.reshape(-1, 2)
@@ -34,8 +41,12 @@ def errors_of_formula(camera, distance, slopes, covariance):
     points = rays.origins + distance * rays.directions
     turns = pixels_by_point(camera, pixels, points) @ -cross_matrix(points)
     changes = slopes(points)
+    if of_corners is not None:
+        changes = np.concatenate([changes, polynomials(pixels, camera)], axis=2)
+        covariance = block_diag(covariance, of_corners)
     known = np.isfinite(turns).all(axis=(1, 2)) & np.isfinite(changes).all(axis=(1, 2))
-    own = without_turns(turns[known], changes[known])
+    seen = under_boards(camera, pixels[known])
+    own = without_turns(turns[known], changes[known], seen)
     errors = own @ covariance @ own.transpose(0, 2, 1)
     found = np.full((len(pixels), 3), np.nan)
     found[known] = errors[:, [0, 0, 1], [0, 1, 1]]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.base import pixel_grid, under_boards
 from raxel.formats.conventions import PLANE, REFIT_PLANE
 from raxel.formats.models import parameters, pixels
 from raxel.geometry.poses import rotation_from_vector
@@ -35,10 +35,8 @@ def sample_of(camera):
     size = np.array([camera.width, camera.height])
     grid = pixel_grid(N_GRID, N_GRID) * (size - 1) / (N_GRID - 1)
     rays = camera.rays(grid)
-    cells = np.ones((1, 1), bool) if camera.board_cells is None else camera.board_cells
-    u, v = ((grid + 0.5) * cells.shape[::-1] / size).astype(int).T
-    keep = rays.valid
-    return RaySample(grid[keep], rays.directions[keep], cells[v, u][keep])
+    sample = RaySample(grid, rays.directions, under_boards(camera, grid))
+    return RaySample(*(part[rays.valid] for part in sample))
 
 
 def angles_of(R, sample):

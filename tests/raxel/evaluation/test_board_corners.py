@@ -6,7 +6,7 @@ import pytest
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardShape
 from raxel.cameras import Projection
-from raxel.cli.calibrate import Fitting, _with_corners
+from raxel.cli.calibrate import Fitting, _calibrated, _with_corners
 from raxel.cli.models import FITS
 from raxel.evaluation.board_corners import P_THRESHOLD, _displacements, board_corners
 from raxel.evaluation.cross_validation import evaluate_camera
@@ -97,6 +97,23 @@ def test_fit_with_displaced_corners_is_nearer_to_the_truth():
     after = evaluate_camera(found.camera, others, found.shape).rms_px
     # Of 0.1 px along each axis.
     assert right.whole.rms_px < after < 0.16 < 0.8 * before
+
+
+def test_errors_of_rays_with_displaced_corners_are_as_predicted():
+    squares = []
+    for seed in (35, 36, 37):
+        views = seen(0.4 * FORMS["lens of the printer"], seed)
+        result, _, found, *_ = _calibrated(
+            "board",
+            Fitting(FITS, views, SIZE, "mm", BOARDS, lambda text: None),
+            "kannala-brandt",
+            [],
+        )
+        squares.append(
+            off_px(found.camera, views) ** 2
+            / result["beyond_boards"]["sd_under_boards_px"] ** 2
+        )
+    assert 0.25 < np.mean(squares) < 2.25
 
 
 class Wavy:

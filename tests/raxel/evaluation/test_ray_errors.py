@@ -53,6 +53,10 @@ def test_errors_of_a_formula_are_those_of_its_parameters():
     errors = camera.pixel_covariance([[160.0, 120.0], [310.0, 120.0]])
     assert np.sqrt(errors[0, 0, 0]) < 1e-6
     assert np.sqrt(errors[1, 0, 0]) == pytest.approx(0.5 * 150 / 160, rel=1e-2)
+    # Boards in the right quarter determine the rotation.
+    camera.board_cells = np.arange(4)[None] == 3
+    camera.error_nodes = errors_of_formula(camera, 500.0, slopes, np.array([[0.25]]))
+    assert np.sqrt(camera.pixel_covariance([[280.0, 120.0]])[0, 0, 0]) < 0.1
 
 
 def test_errors_of_a_table_are_half_the_difference_of_halves():

@@ -505,8 +505,9 @@ def covariance_of(fit, boards):
 
 
 def error_covariance(fit, boards):
-    """Covariance (P, P) of the errors of the parameters, and factor of standard
-    deviations as in ClusteredCovariance.
+    """Covariance (P, P) of the errors of the parameters, factor of standard deviations
+    as in ClusteredCovariance, and (formula, values, covariance) of all terms that move
+    rays: the next radial term has the value 0, and the others compensate it.
 
     Schwarz's criterion leaves out terms that the boards do not prove, and a lens may
     have them. Its differences are twice the logarithms of posterior odds (Kass and
@@ -518,18 +519,19 @@ def error_covariance(fit, boards):
     """
     found = covariance_of(fit, boards)
     if fit.formula.base == "unified":
-        return found.covariance, found.factor
+        terms = fit.formula, fit.result.values.copy(), found.covariance
+        return found.covariance, found.factor, terms
     wider = fit.formula._replace(radial=fit.formula.radial + 1)
     values = fit.formula.moved_to(wider, fit.result.values)
     other = covariance_of(FormulaFit(wider, fit.result._replace(values=values)), boards)
-    errors = other.covariance + np.outer(other.step, other.step)
     own = [wider.names.index(name) for name in fit.formula.names]
     k = wider.names.index(f"k{wider.radial}")
     gain = other.step[k] ** 2 / other.covariance[k, k]
     count = 2 * np.count_nonzero(boards.seen)
     share = 1 / (1 + np.exp((np.log(count) - gain) / 2))
-    covariance = (1 - share) * found.covariance + share * errors[np.ix_(own, own)]
-    return covariance, found.factor
+    covariance = share * (other.covariance + np.outer(other.step, other.step))
+    covariance[np.ix_(own, own)] += (1 - share) * found.covariance
+    return covariance[np.ix_(own, own)], found.factor, (wider, values, covariance)
 
 
 def free_of(fit, boards):

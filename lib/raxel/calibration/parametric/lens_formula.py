@@ -403,6 +403,8 @@ class LensCalibration(NamedTuple):
         None where the pupil was not tested.
     board : BoardTest or None
         None where the board was not tested.
+    terms : tuple
+        LensFormula, values and covariance of all terms whose errors move rays.
     """
 
     camera: Camera
@@ -415,6 +417,7 @@ class LensCalibration(NamedTuple):
     wrong: list
     pupil: PupilTest | None
     board: BoardTest | None
+    terms: tuple
 
 
 class _Proposal(NamedTuple):
@@ -589,7 +592,7 @@ def _completed(proposal, boards, views, width, height):
     formula, result = proposal.fit
     # Copies: callers must not change the cached values.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
-    covariance, factor = error_covariance(proposal.fit, boards)
+    covariance, factor, terms = error_covariance(proposal.fit, boards)
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
     errors = distances > OUTLIER_SCALES * result.scales[:, None]
@@ -615,7 +618,7 @@ def _completed(proposal, boards, views, width, height):
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
     return LensCalibration(
         camera, poses, rms, formula, values, covariance, factor,
-        wrong, proposal.pupil, proposal.board,
+        wrong, proposal.pupil, proposal.board, terms,
     )  # fmt: skip
 
 
@@ -643,8 +646,8 @@ class PinholeCalibration(NamedTuple):
         The parameters.
     covariance : ndarray, shape (P, P), or None
         Their covariance; None where points lie behind what was fitted.
-    error_factor, board
-        As of a LensCalibration.
+    error_factor, board, terms
+        As of a LensCalibration; terms is None where covariance is.
     """
 
     camera: PerspectiveCamera
@@ -654,6 +657,7 @@ class PinholeCalibration(NamedTuple):
     covariance: np.ndarray | None
     error_factor: float
     board: BoardTest | None
+    terms: tuple | None = None
 
 
 def calibrate_pinhole(
@@ -685,7 +689,7 @@ def calibrate_pinhole(
         fx, fy, cx, cy, *radial = values[: len(PINHOLE.names)]
         K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         camera = PerspectiveCamera(K, radial, width, height)
-    covariance, factor = error_covariance(fit, boards)
+    covariance, factor, terms = error_covariance(fit, boards)
     return PinholeCalibration(
-        camera, poses, fit.formula, values, covariance, factor, test
+        camera, poses, fit.formula, values, covariance, factor, test, terms
     )

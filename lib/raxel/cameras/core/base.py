@@ -215,7 +215,7 @@ class Camera(abc.ABC):
             Pixel coordinates (u, v), px.
         covariance : bool
             Whether the predicted errors of the directions are included, after the
-            best common rotation of all rays.
+            best common rotation of all rays that boards of the calibration covered.
 
         Returns
         -------
@@ -446,6 +446,16 @@ def pixel_grid(width: int, height: int) -> NDArray[np.float64]:
     """
     v, u = np.mgrid[:height, :width]
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
+
+
+def under_boards(camera, pixels):
+    """Whether a board of the calibration covered the cells of pixels (N, 2) of the
+    image: (N,) bool, all True for a camera without this area."""
+    cells = np.ones((1, 1), bool) if camera.board_cells is None else camera.board_cells
+    count = np.array(cells.shape[::-1])
+    places = (pixels + 0.5) * count / [camera.width, camera.height]
+    u, v = np.minimum(places.astype(int), count - 1).T
+    return cells[v, u]
 
 
 def _covariance_between(nodes, places):
