@@ -36,7 +36,7 @@ from raxel.multiview.views import (
     source_pixels,
 )
 from raxel.report.canvas import is_undistorted_png, write_undistorted_png
-from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
+from raxel.sets import ImageSet, is_mirror_set, read_colour
 
 MAX_PERSPECTIVE_FOV_DEG = 170
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
@@ -303,7 +303,8 @@ def _scene(options: SimpleNamespace, out: Path | None, say: Say) -> tuple[Any, s
                 f"{what}: a mirror set, whose mirror is not calibrated; run raxel "
                 "calibrate and show the camera that it writes"
             )
-        image_set = load_set(what)
+        options.set = options.what
+        image_set = opened_set(options)
         check_written([out], [image_set])
         camera = options.camera and load_camera(options.camera)
         boards = options.corners and read_boards(options.corners, image_set)
