@@ -19,6 +19,7 @@ none. A closed pipe (`raxel check SET | head -1`) does not stop a command. Colou
 the progress bar are for terminals only; the variable `NO_COLOR` turns colours off.
 """
 
+import _thread
 import contextlib
 import errno
 import os
@@ -64,6 +65,7 @@ def _run(argv: Sequence[str], progress: Progress) -> tuple[int, str]:
     """Return the exit status and what to print in case of a problem."""
     # With several threads, OpenCV's fits differ in the last digits from run to run.
     os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
+    sys.unraisablehook = _interrupt_again
     try:
         with PROGRAM.make_context("raxel", list(argv), obj=progress.say) as context:
             PROGRAM.invoke(context)
@@ -80,6 +82,14 @@ def _run(argv: Sequence[str], progress: Progress) -> tuple[int, str]:
         return 130, "raxel: interrupted"
     progress.release()
     return 0, ""
+
+
+def _interrupt_again(fault):
+    """Repeat a Ctrl-C that a callback of compiled code, as of numba, would discard."""
+    if isinstance(fault.exc_value, KeyboardInterrupt):
+        _thread.interrupt_main()
+    else:
+        sys.__unraisablehook__(fault)
 
 
 def _usage(argv: Sequence[str], fault: click.UsageError) -> str:

@@ -84,7 +84,8 @@ def calibrate(options, say):
     if len(views) < needed:
         raise InputError(
             f"{image_set.description}: views: found {len(views)} for calibration, "
-            f"--model {options.model} requires {needed}; add views with other tilts"
+            f"--model {options.model} requires {needed}"
+            f"{findings.unused_text(image_set)}; add views with other tilts"
         )
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, needed, f"--model {options.model}")
@@ -302,7 +303,8 @@ def _compared(task, whole, fit):
     def build(name, views):
         key = name, *(view.name for view in views)
         if key not in known_fits:
-            task.say(f"cross-validation: {name} on {len(views)} views")
+            part = 1 + sum(model == name for model, *_ in known_fits)
+            task.say(f"cross-validation: {name}, part {part} of {folds}")
             more = {}
             if name in WITH_PUPIL:
                 pupil = whole(name).details["pupil"]

@@ -1,6 +1,7 @@
 """Commands of the program `raxel`: arguments, options and help."""
 
 import contextlib
+import os
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -35,6 +36,9 @@ def run(name: str, options: SimpleNamespace, say: Say) -> None:
     from raxel.sets import is_mirror_set
 
     options.command, options.folder = name, None
+    camera = getattr(options, "camera", None) or ""
+    if os.path.isfile(result := os.path.join(camera, "camera.npz")):
+        options.camera = result
     if options.quiet:
         say = _no_progress
     match name:
@@ -193,6 +197,10 @@ def _length(text: str) -> float:
     return length_mm(text)
 
 
+def _board_or_shape(text: str) -> Any:
+    return text if text.endswith(".json") else worded(_board)(text)
+
+
 SEED = number(int, 0, 10**18 - 1, "a whole number from 0")
 COUNT = number(int, 1, 32000, "a whole number from 1 to 32000")
 FRACTION = number(float, -1, 1, "a number from -1 to 1")
@@ -226,7 +234,8 @@ FOLDER = (
         worded(_board),
         "BOARD",
         "Board in a folder without set.yaml: a chessboard by its interior corners, as "
-        "9x6; charuco:9x6:4X4_50, with the dictionary of its markers; aprilgrid:6x6, "
+        "9x6; charuco:9x6:4X4_50, with the dictionary of its markers (charuco-legacy: "
+        "drawn by OpenCV before 4.6); aprilgrid:6x6, "
         "by tags; circles:9x7 or staggered:4x11, by circles; or a target file of "
         "Kalibr (.yaml).  [default: chessboard, the images determine the size]",
     ),
@@ -390,8 +399,7 @@ PROGRAM = Program(
                 "--every",
                 COUNT,
                 "N",
-                "Take at most one of N consecutive frames of the video.",
-                default=10,
+                "Take at most one of N consecutive frames of the video.  [default: 10]",
             ),
             _option(
                 "--out",
@@ -432,18 +440,20 @@ PROGRAM = Program(
             "evaluate",
             "Evaluate a camera on an image set; only board poses are fitted.",
             "raxel evaluate camera.npz my-camera --json evaluation.json",
-            _argument("camera", "Camera file (.npz)."),
+            _argument("camera", "Camera file (.npz), or the folder of a calibration."),
             SET_OR_MIRROR_SET,
             _option("--json", file_name, "FILE", "Errors per view and in total."),
             CORNERS,
             POINTS,
             _option(
                 "--board",
-                file_name,
-                "FILE",
-                "Board shape estimated by 'raxel calibrate --json' with the same "
-                "board.  [default: that in CAMERA, or as stated in set.yaml]",
+                _board_or_shape,
+                "BOARD",
+                "Board as of calibrate, such as 9x6; or a file (.json) with the shape "
+                "of the same board, of 'raxel calibrate --json'.  [default: that in "
+                "CAMERA, or as stated in set.yaml]",
             ),
+            *FOLDER[1:],
             _option(
                 "--stage",
                 SEED,
@@ -561,7 +571,13 @@ PROGRAM = Program(
                 "set.yaml counts, are one fewer along each: 9x6 has 8 x 5.",
                 required=True,
             ),
-            _option("--pitch", LENGTH, "MM", "Side of a square in mm.", required=True),
+            _option(
+                "--pitch",
+                worded(_length),
+                "LENGTH",
+                "Side of a square, such as 25mm, 2.5cm or 1in.",
+                required=True,
+            ),
             _option(
                 "--paper",
                 PAPER,
@@ -598,6 +614,7 @@ PROGRAM = Program(
                 "--allow-residual",
                 help="Write also a model with an RMS residual above 0.5 px.",
             ),
+            _flag("--force", help="Replace OUT."),
         ),
         _command(
             "import",

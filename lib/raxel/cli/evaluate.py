@@ -28,11 +28,13 @@ def evaluate(options, say):
     if options.stage is not None:
         raise InputError(f"--stage: {options.set} is not a mirror set; leave it out")
     check_writable(options.json)
+    shape_file = options.board if isinstance(options.board, str) else None
+    options.board = None if shape_file else options.board
     image_set = opened_set(options)
     check_outputs(
         options,
         image_set,
-        read=[options.camera, options.corners, options.points, options.board],
+        read=[options.camera, options.corners, options.points, shape_file],
     )
     check_options(image_set, options)
     camera = load_camera(options.camera)
@@ -43,12 +45,12 @@ def evaluate(options, say):
     seen.check_enough(image_set, 1, "an evaluation")
     unit, words = image_set.target.unit, words_of(image_set.target)
     lines, shape = [*seen.lines()], None
-    source, board = options.board or options.camera, camera.board or AS_SPECIFIED
-    board = read_json(options.board) if options.board else board
+    source, board = shape_file or options.camera, camera.board or AS_SPECIFIED
+    board = read_json(shape_file) if shape_file else board
     try:
         shape = read_shape(board, source, unit, seen.views)
     except InputError as fault:
-        if options.board:
+        if shape_file:
             raise
         lines.append(f"board of the camera not used: {fault}")
     right = without_wrong_corners(camera, seen.views, shape)
@@ -73,7 +75,7 @@ def evaluate(options, say):
         lines.insert(0, f"no view is marked evaluate: all {len(views)} are scored")
     if shape:
         lines.append(f"{words.target}s with the shape of {source}")
-    elif options.board:
+    elif shape_file:
         lines.append(f"{words.target}s as specified, like in {source}")
     lines.append(score_text(result, words))
     if shape:

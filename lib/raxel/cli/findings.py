@@ -111,6 +111,15 @@ def listed(names, limit=MAX_NAMES):
     return f"{text} and {rest} more" if rest > 0 else text
 
 
+def unused_text(image_set):
+    """The images of a folder that are no views, in an error of too few images."""
+    reasons = {}
+    for name, reason in image_set.unused:
+        reasons.setdefault(reason, []).append(name)
+    texts = [f"{listed(names, 2)}: {reason}" for reason, names in reasons.items()]
+    return f", not used: {', '.join(texts)}" * bool(texts)
+
+
 def misfit_warnings(
     found, code, words, *, scope="", bent="", untried="", explained=False, **model
 ):

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
-from raxel.cli.findings import of_cut_boards, of_pitch, of_pixels, reported
+from raxel.cli.findings import of_cut_boards, of_pitch, of_pixels, reported, unused_text
 from raxel.cli.outputs import check_outputs, check_writable
 from raxel.cli.sets import kept_corners, opened_set, write_corners
 from raxel.cli.terminal import Say, on_one_line
@@ -237,7 +237,7 @@ def corners(options: SimpleNamespace, say: Say) -> None:
         named = any(detection.other_target for _, detection, _ in boards)
         raise InputError(
             f"{image_set.description}: views: no usable board in any image"
-            f"{f' ({options.json} is kept)' if kept else ''}; "
+            f"{f' ({options.json} is kept)' if kept else ''}{unused_text(image_set)}; "
             f"{ADVICE if named else words.check}"
         )
 
@@ -247,23 +247,36 @@ def boards_for(
 ) -> tuple[list[Board], SizeVote | None]:
     """Return the boards of the views, from --corners or detected, as `detected`.
 
-    In a result folder, those of an earlier run are used again.
+    In a result folder, those of an earlier run are used again, and those that an
+    interrupted run found are kept.
     """
     if options.corners:
         return read_boards(options.corners, image_set, views), None
     detector = _detector_name(image_set, options)
-    if kept := kept_corners(options, image_set, views, detector):
-        say(f"corners of {options.folder} are used again")
-        return kept, None
-    boards, vote = detected(image_set, options, views, say)
+    found, complete = kept_corners(options, image_set, views, detector)
+    if found:
+        say(f"{len(found)} images: corners of {options.folder} are used again")
+    if complete:
+        return [found[view.label] for view in views], None
+    try:
+        boards, vote = detected(image_set, options, views, say, found)
+    except KeyboardInterrupt:
+        write_corners(options, image_set, detector, [*found.values()], None)
+        raise
     write_corners(options, image_set, detector, boards, vote)
     return boards, vote
 
 
 def detected(
-    image_set: ImageSet, options: SimpleNamespace, views: Sequence[View], say: Say
+    image_set: ImageSet,
+    options: SimpleNamespace,
+    views: Sequence[View],
+    say: Say,
+    found: dict[str, Board] | None = None,
 ) -> tuple[list[Board], SizeVote | None]:
     """Return the boards that --detector detects, and the vote for an unknown size.
+
+    `found` is that of `detect_boards`.
 
     Raises InputError if the set lacks what the detector requires, or if the images do
     not agree on the size.
@@ -287,7 +300,7 @@ def detected(
             f"--detector {detector} requires them; add the four clicked corners, or "
             f"use {DEFAULT_DETECTOR}"
         )
-    boards = detect_boards(image_set, detector, views, say)
+    boards = detect_boards(image_set, detector, views, say, found)
     if markers := marker_warning(image_set, boards):
         say(markers)
     if target.columns is not None:

@@ -41,7 +41,7 @@ from raxel.multiview.views import (
     share_seen,
     source_pixels,
 )
-from raxel.sets import ImageSet, is_mirror_set, load_set, read_colour
+from raxel.sets import ImageSet, is_mirror_set, read_colour
 from raxel.sets.image_files import write_png
 
 MAX_PERSPECTIVE_FOV_DEG = 170
@@ -307,7 +307,8 @@ def _scene(options: SimpleNamespace, out: Path | None, say: Say) -> tuple[Any, s
                 f"{what}: a mirror set, whose mirror is not calibrated; run raxel "
                 "calibrate and show the camera that it writes"
             )
-        image_set = load_set(what)
+        options.set = options.what
+        image_set = opened_set(options)
         check_written([out], [image_set])
         camera = options.camera and load_camera(options.camera)
         boards = options.corners and read_boards(options.corners, image_set)

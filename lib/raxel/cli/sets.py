@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +33,7 @@ from raxel.sets.folder import UNKNOWN_BOARD, set_name
 from raxel.sets.frames import save_frames
 from raxel.sets.model import DESCRIPTION
 
-KINDS = "charuco", "aprilgrid", "circles", "staggered"
+KINDS = "charuco", "charuco-legacy", "aprilgrid", "circles", "staggered"
 BOARD = re.compile(rf"(?:({'|'.join(KINDS)}):)?(\d{{1,4}})x(\d{{1,4}})(?::(\w+))?")
 BOARD_EXAMPLES = (
     "charuco:9x6:4X4_50, aprilgrid:6x6 (tags), circles:9x7, staggered:4x11 (circles)"
@@ -41,7 +42,7 @@ MARKERS = {Charuco: "marker_mm", AprilGrid: "tag_mm"}
 LENGTH = re.compile(r"([0-9.]+(?:e-?\d+)?) ?(mm|cm|m|in)?")
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 CAMERA, RESULT, CORNERS, REPORT = "camera.npz", "camera.json", "corners.json", "report"
-FRAMES = "images"
+FRAMES, EVERY = "images", 10
 FOLDER_OPTIONS = "board", "pitch", "marker", "images"
 
 
@@ -54,13 +55,14 @@ def board(text: str) -> Chessboard:
     if not found:
         raise ValueError(f"expected interior corners as 9x6, or {BOARD_EXAMPLES}")
     kind, size, dictionary = found[1], (int(found[2]), int(found[3])), found[4]
-    if (kind == "charuco") != bool(dictionary):
+    has_markers = bool(kind) and kind.startswith("charuco")
+    if has_markers != bool(dictionary):
         raise ValueError("expected a dictionary of markers, as in charuco:9x6:4X4_50")
-    if kind == "charuco":
+    if has_markers:
         name = dictionary.removeprefix("DICT_")
         if not hasattr(aruco, f"DICT_{name}"):
             raise ValueError(f"{name} is no dictionary of OpenCV, such as 4X4_50")
-        return Charuco(*size, dictionary=name)
+        return Charuco(*size, dictionary=name, legacy=kind.endswith("legacy"))
     if kind == "aprilgrid":
         return AprilGrid(2 * size[0], 2 * size[1])
     if kind:
@@ -84,14 +86,14 @@ def opened_set(options: SimpleNamespace) -> ImageSet:
     given = [name for name in FOLDER_OPTIONS if getattr(options, name, None)]
     described = (Path(options.set) / DESCRIPTION).exists()
     if described or not Path(options.set).is_dir():
-        if described and given and options.command != "evaluate":
+        if described and given:
             raise InputError(
                 f"--{given[0]}: {options.set} has a {DESCRIPTION}; correct it there, "
                 "and leave the option out"
             )
         return load_set(options.set)
-    if options.command == "evaluate":
-        return folder_set(options.set)
+    for stream in (sys.stdout, sys.stderr):
+        stream.names_options = True  # type: ignore[union-attr]
     pattern = getattr(options, "images", None)
     found = folder_set(options.set, _target(options), pattern)
     video = getattr(options, "video", None)
@@ -136,6 +138,8 @@ def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
     --video are saved there and become the set. A new folder that stays empty is
     removed.
     """
+    if options.every and not options.video:
+        raise InputError(f"--every: found {options.every} without --video; remove it")
     if not options.set and not options.video:
         raise InputError("SET: missing; give a folder of images, or --video FILE")
     if options.set and options.video:
@@ -174,7 +178,7 @@ def result_folder(options: SimpleNamespace, say: Say) -> Iterator[None]:
             options.set = str(folder / FRAMES)
             if options.force or not (folder / FRAMES).is_dir():
                 with new_report(folder / FRAMES) as frames:
-                    save_frames(options.video, frames, options.every, say)
+                    save_frames(options.video, frames, options.every or EVERY, say)
         yield
     finally:
         with contextlib.suppress(OSError):  # not empty, or never made
@@ -192,25 +196,26 @@ def check_result_folder(options: SimpleNamespace, image_set: ImageSet) -> None:
 
 def kept_corners(
     options: SimpleNamespace, image_set: ImageSet, views: Sequence, detector: str
-) -> list[Board] | None:
-    """Return the boards that an earlier run found in the same images, if there are.
+) -> tuple[dict[str, Board], bool]:
+    """Return the boards by image that an earlier run found in the same images.
 
-    The file is used if it is newer than all images, of the same detector, and has a
-    board of the target.
+    Second, whether these are all, of one size. The file is used if it is newer than all
+    images, of the same detector, and has a board of the target.
     """
     path = options.folder and options.folder / CORNERS
     if not path or not path.is_file():
-        return None
+        return {}, False
     with contextlib.suppress(InputError, OSError):
         times = [_time(image_set.folder / view.image) for view in views]
         boards = read_boards(path, image_set, views)
         data = read_json(path)
         searched = {entry["file"] for entry in data["images"]}
-        complete = searched >= {view.label for view in views}
-        same = complete and data["detector"] == detector and _any_found(boards)
+        found = {b.view.label: b for b in boards if b.view.label in searched}
+        same = data["detector"] == detector and _any_found(boards)
         if same and max(times) < _time(path):
-            return boards
-    return None
+            sized = getattr(image_set.target, "columns", None) or "size" in data
+            return found, bool(sized) and len(found) == len(views)
+    return {}, False
 
 
 def _any_found(boards):

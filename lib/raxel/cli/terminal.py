@@ -18,6 +18,15 @@ if TYPE_CHECKING:
 Say = Callable[[str], None]
 PATIENCE_S = 5.0
 COUNTED = re.compile(r"(\d+)/(\d+) (.*)")
+# Fields of set.yaml, and the options that give them for a folder without one.
+OPTIONS = {
+    r"target\.kind: (\w+)": r"--board \1:...",
+    r"target\.(columns|dictionary|family)(, columns)?,? (and )?(target\.)?rows"
+    r"( and \w+)?|(?<=(?:give|heck) )columns and rows": "--board",
+    r"target\.columns: found null": "--board: missing",
+    r"target\.pitch_mm": "--pitch",
+    r"target\.(?=\w)": "--board: ",
+}
 HELP_STYLES = {
     r"(?m)^\S.*:$|^Usage:": "bold yellow",
     r"(?<!\S)--?[a-z][a-z-]*": "cyan",
@@ -45,16 +54,20 @@ class Terminal:
 
     After an error of the stream, `fault` holds the error and all further text is
     discarded. The command continues, because its results are files. Without a stream
-    (None) all text is discarded.
+    (None) all text is discarded. With `names_options`, fields of a target in set.yaml
+    appear as OPTIONS.
     """
 
     def __init__(self, stream: TextIO | None, kept: str = "\n") -> None:
         self.fault: OSError | None = None
         self._stream = io.StringIO() if stream is None else stream
         self._kept = kept
+        self.names_options = False
 
     def write(self, text: str) -> int:
         """Write the text; return its length."""
+        for field, option in OPTIONS.items() if self.names_options else ():
+            text = re.sub(field, option, text)
         encoding = getattr(self._stream, "encoding", None) or "utf-8"
         data = on_one_line(text, self._kept).encode(encoding, "backslashreplace")
         self._attempt(self._stream.write, data.decode(encoding))

@@ -6,7 +6,13 @@ import numpy as np
 
 from raxel.calibration import board_views, dense_view
 from raxel.calibration.views.correspondence import near_copies
-from raxel.cli.findings import listed, of_cut_boards, of_handedness, of_pitch
+from raxel.cli.findings import (
+    listed,
+    of_cut_boards,
+    of_handedness,
+    of_pitch,
+    unused_text,
+)
 from raxel.cli.image_sets import boards_for
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
@@ -54,12 +60,13 @@ class SeenViews(NamedTuple):
         """Raise InputError unless `needed` views can be used."""
         if len(self.views) >= needed:
             return
-        missed, words = self.left_out(), words_of(image_set.target)
-        example = f" ({missed[0]['file']}: {missed[0]['reason']})" if missed else ""
+        words = words_of(image_set.target)
+        missed = [entry for entry in self.entries if not entry.found]
+        example = f" ({missed[0].view.label}: {missed[0].reason})" if missed else ""
         raise InputError(
             f"{image_set.description}: views: {words.found} in {len(self.views)} of "
             f"{len(self.entries)} {words.images}, {purpose} requires {needed}"
-            f"{example}; {words.check}"
+            f"{example}{unused_text(image_set)}; {words.check}"
         )
 
     def fields(self):

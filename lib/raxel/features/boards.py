@@ -84,6 +84,7 @@ def detect_boards(
     detector: str = DEFAULT_DETECTOR,
     views: Sequence[View] | None = None,
     say: Callable[[str], object] | None = None,
+    found: dict[str, Board] | None = None,
 ) -> list[Board]:
     """Detect the board in each view of an image set.
 
@@ -101,6 +102,9 @@ def detect_boards(
         Some of the views of the set; default all.
     say : Callable, optional
         Called with one line of text per image.
+    found : dict[str, Board], optional
+        Boards by image. Those in it are not searched again, and each new one is added
+        at once, so that an interruption loses none.
 
     Returns
     -------
@@ -115,14 +119,16 @@ def detect_boards(
     """
     check_chessboard(image_set)
     views = image_set.views if views is None else views
-    for view in views:
+    found = {} if found is None else found
+    missing = [view for view in views if view.label not in found]
+    for view in missing:
         read_image(image_set, view)
-    boards = []
-    for number, view in enumerate(views, 1):
-        boards.append(_detect(image_set, view, _finder(image_set, view, detector)))
+    for number, view in enumerate(missing, 1 + len(views) - len(missing)):
+        board = _detect(image_set, view, _finder(image_set, view, detector))
+        found[view.label] = board
         if say:
-            say(f"{number}/{len(views)} {_line(boards[-1])}")
-    return boards
+            say(f"{number}/{len(views)} {_line(board)}")
+    return [found[view.label] for view in views]
 
 
 def marker_warning(image_set, boards):

@@ -14,7 +14,7 @@ from raxel.errors import InputError, did_you_mean
 from raxel.formats.conventions import FORMATS, TABLES
 from raxel.formats.files import READERS, WRITERS, Record
 from raxel.formats.models import LACKING, camera_of, equals_of, parameters
-from raxel.formats.refit import angles_of, refit, sample_of
+from raxel.formats.refit import angles_of, refit, refit_own, sample_of
 from raxel.io.documents import one_line
 from raxel.io.files import replacing, write_whole
 from raxel.multiview.views import perspective_view, source_pixels
@@ -73,8 +73,8 @@ class Export(NamedTuple):
         if self.pupil_mm:
             text = f"rays pass {self.pupil_mm:.3g} mm from the centre"
             lines.append(f"for far points: {text}")
-        if not np.array_equal(self.R_format_camera, np.eye(3)):
-            rows = self.R_format_camera.round(9).tolist()
+        if not np.allclose(self.R_format_camera, np.eye(3), rtol=0, atol=5e-7):
+            rows = self.R_format_camera.round(6).tolist()
             lines.append(f"R_format_camera {rows}")
         return lines
 
@@ -242,8 +242,36 @@ def import_camera(path: str | PathLike[str], format: str) -> Camera:
     Raises
     ------
     InputError
-        The format or the model is unknown, a field is missing, or a value is not
-        finite. The message is one line that names file and field.
+        As `import_with_residual`.
+    """
+    return import_with_residual(path, format)[0]
+
+
+def import_with_residual(
+    path: str | PathLike[str], format: str
+) -> tuple[Camera, tuple[float, float]]:
+    """Return `import_camera`, and its RMS and largest residual to the file's model.
+
+    If no camera of Raxel equals that model, the closest one is fitted to its rays.
+
+    Parameters
+    ----------
+    path : str or path-like
+        File with one camera.
+    format : str
+        A key of `raxel.formats.files.READERS`.
+
+    Returns
+    -------
+    Camera, (float, float)
+        The camera, and the residuals in px, 0 for an equal camera.
+
+    Raises
+    ------
+    InputError
+        The format or the model is unknown, a field is missing, a value is not finite,
+        or the RMS residual is above 0.5 px. The message is one line that names file and
+        field.
     """
     _check_format(format, READERS)
     form = FORMATS[format]
@@ -271,7 +299,18 @@ def import_camera(path: str | PathLike[str], format: str) -> Camera:
     p = parameters(names, values)
     p["cx"] -= form.first_pixel
     p["cy"] -= form.first_pixel
+    formula, errors = form.models[model].formula, np.zeros(1)
     try:
-        return camera_of(form.models[model].formula, p, *size)
+        camera = camera_of(formula, p, *size)
+        if camera is None:
+            formula, p, errors = refit_own(form.models[model], p, *size)
+            camera = camera_of(formula, p, *size)
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from fault
+    rms, largest = _sizes(errors)
+    if not rms <= MAX_RESIDUAL_PX:
+        raise InputError(
+            f"{path}: model: {model} differs by {rms:.2g} px RMS from every camera of "
+            "raxel; calibrate with raxel"
+        )
+    return camera, (rms, largest)

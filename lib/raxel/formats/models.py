@@ -15,7 +15,6 @@ from raxel.cameras.lenses.polynomials import (
     ScaramuzzaCamera,
 )
 from raxel.cameras.lenses.rational import UnifiedSphereCamera
-from raxel.errors import InputError
 
 # Values of parameters that a model lacks; all others are 0.
 LACKING = {"fx": 1.0, "fy": 1.0, "beta": 1.0, "c": 1.0}
@@ -91,6 +90,11 @@ def _double_sphere(p, x, y, z):
     return _eucm(p | {"beta": 1.0}, x, y, z)
 
 
+def _stereographic(p, x, y, z):
+    depth = (np.sqrt(x * x + y * y + z * z) + z) / 2
+    return x / depth, y / depth
+
+
 def _ocam(p, x, y, z):
     camera = _camera_of_ocam(p, 1, 1)
     return (camera.project(np.column_stack([x, y, z])).pixels - camera.centre).T
@@ -104,6 +108,7 @@ FORMULAS = {
     "eucm": _eucm,
     "ds": _double_sphere,
     "ocam": _ocam,
+    "stereographic": _stereographic,
 }
 
 
@@ -163,14 +168,13 @@ def _distortion(camera):
 
 
 def camera_of(formula, p, width, height):
-    """Camera of Raxel that equals a formula with these parameters; InputError if no
-    kind of camera does."""
+    """Camera of Raxel that equals a formula with these parameters, or None."""
     K = np.array([[p["fx"], p["s"], p["cx"]], [0, p["fy"], p["cy"]], [0, 0, 1]])
     size = width, height
     centre, focal = K[:2, 2], (p["fx"], p["fy"])
     radial = np.trim_zeros([p["k1"], p["k2"], p["k3"]], "b")
     tangential = p["p1"], p["p2"]
-    further = [name for name in ["k4", "k5", "k6", "s1", "s2", "s3", "s4"] if p[name]]
+    further = any(p[name] for name in ("k4", "k5", "k6", "s1", "s2", "s3", "s4"))
     match formula:
         case "pinhole" if not further and any(tangential):
             return BrownCamera(K, radial, tangential, *size)
@@ -180,7 +184,10 @@ def camera_of(formula, p, width, height):
             k = [1, p["k1"], p["k2"], p["k3"], p["k4"]]
             return KannalaBrandtCamera(k, focal, centre, *size)
         case "omni":
-            return UnifiedSphereCamera(p["xi"], K, *size, radial, tangential)
+            prism = p["s1"], p["s3"]
+            return UnifiedSphereCamera(
+                p["xi"], K, *size, radial, tangential, prism=prism
+            )
         case "eucm" if p["beta"] == 1 and p["alpha"] < 1:
             xi = p["alpha"] / (1 - p["alpha"])
             K[:2, :2] *= 1 + xi
@@ -193,10 +200,7 @@ def camera_of(formula, p, width, height):
             return FisheyeCamera("stereographic", p["fx"], centre, *size)
         case "ocam":
             return _camera_of_ocam(p, *size)
-    raise InputError(
-        f"model: no camera of raxel has its terms ({', '.join(further) or formula}); "
-        "calibrate with raxel"
-    )
+    return None
 
 
 def _camera_of_ocam(p, width, height):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.core.base import pixel_grid, under_boards
-from raxel.formats.conventions import PLANE, REFIT_PLANE
+from raxel.formats.conventions import FISHEYE, PLANE, REFIT_PLANE, Model
 from raxel.formats.models import parameters, pixels
 from raxel.geometry.poses import rotation_from_vector
 from raxel.multiview.views import perspective_view
@@ -15,9 +15,18 @@ N_GRID = 25  # pixels along each axis of the image
 OUTSIDE_WEIGHT = 0.1
 # Of a rotation of 1 rad, as a fraction of f: a narrow lens does not distinguish a
 # rotation from a displacement of the principal point.
-ROTATION_WEIGHT = 1e-3
+ROTATION_WEIGHT, NO_ROTATION = 1e-3, 1e3
 MAX_RESIDUAL_PX = 1e3  # in a fit, also that of a ray without a pixel
 MAX_N_STEPS = 60  # a valley of rational functions has no end
+# Models that cameras of Raxel equal, for the import of others.
+OMNI = "xi fx fy s cx cy k1 k2 k3 p1 p2 s1 s3"
+OWN = [
+    Model("omni", OMNI, 180, OMNI),
+    Model("omni", OMNI, 180, OMNI.removeprefix("xi ")),
+    Model("fisheye", FISHEYE, 180, FISHEYE),
+]
+N_ANGLES, N_AZIMUTHS = 60, 120  # of rays for an import
+MARGIN = 0.51  # of the image, from its middle: with all corners
 START = {"xi": 1.0, "alpha": 0.5, "beta": 1.0, "c": 1.0}
 
 
@@ -54,14 +63,49 @@ def refit(camera, models, sample):
         share = np.mean(np.isfinite(errors))
         return -round(share, 2), np.nansum(errors**2) / max(share, 1e-9)
 
-    fits = [_fitted(name, m, camera, sample) for name, m in models.items() if m.refit]
+    frame = _frame(camera)
+    fits = [_fitted(name, m, frame, sample) for name, m in models.items() if m.refit]
     return min(fits, key=rank)
 
 
-def _fitted(name, model, camera, sample):
+def refit_own(model, p, width, height):
+    """Return formula, parameters and residuals in px, NaN without a pixel, of the model
+    in OWN with the smallest RMS to the rays of a format's model, in its frame."""
+    sample = _sample_of_model(model, p, width, height)
+    frame = np.eye(3), np.array([p["cx"], p["cy"]])
+    fits = [_fitted(own.formula, own, frame, sample, NO_ROTATION) for own in OWN]
+    formula, found, _, errors = min(
+        fits, key=lambda fit: (fit[1]["xi"] < 0, np.sum(fit[-1] ** 2))
+    )
+    return formula, found, errors
+
+
+def _sample_of_model(model, p, width, height):
+    """Rays that a model images in the image, up to the angle where it folds."""
+    limit = REFIT_PLANE if model.max_angle_deg == PLANE else model.max_angle_deg
+    reach, size = np.radians(limit), np.array([width, height])
+    azimuth = np.linspace(0, 2 * np.pi, N_AZIMUTHS, endpoint=False)[:, None]
+    for _ in range(2):  # once to find the largest angle in the image
+        angle = np.linspace(0, reach, N_ANGLES) + 0 * azimuth
+        across, ahead = np.sin(angle), np.cos(angle)
+        directions = np.dstack(
+            [across * np.cos(azimuth), across * np.sin(azimuth), ahead]
+        )
+        seen = pixels(model.formula, p, directions.reshape(-1, 3)).reshape(
+            *angle.shape, 2
+        )
+        radius = np.hypot(*np.moveaxis(seen - [p["cx"], p["cy"]], 2, 0))
+        rising = np.diff(radius, axis=1, prepend=-1) > 0
+        inside = np.logical_and.accumulate(rising, axis=1)
+        inside &= (np.abs(seen - (size - 1) / 2) < MARGIN * size).all(axis=2)
+        reach = min(reach, angle[inside].max(initial=0.0) + angle[0, 1])
+    return RaySample(seen[inside], directions[inside], np.ones(inside.sum(), bool))
+
+
+def _fitted(name, model, frame, sample, rotation_weight=ROTATION_WEIGHT):
     from scipy.optimize import least_squares
 
-    R, centre = _frame(camera)
+    R, centre = frame
     limit = REFIT_PLANE if model.max_angle_deg == PLANE else model.max_angle_deg
     held = angles_of(R, sample) < limit
     if not held.any():
@@ -69,7 +113,7 @@ def _fitted(name, model, camera, sample):
     seen, directions = sample.pixels[held], sample.directions[held]
     weights = np.where(sample.covered[held], 1.0, OUTSIDE_WEIGHT)[:, None]
     focal, start = _start(model.formula, centre, seen, directions @ R.T)
-    stiffness = ROTATION_WEIGHT * focal * np.sqrt(weights.sum())
+    stiffness = rotation_weight * focal * np.sqrt(weights.sum())
     names = model.refit.split()
     # A coefficient ak of the radius in px is relative to the largest radius.
     powers = [int(n[1:]) if n[0] == "a" and n[1:].isdigit() else 1 for n in names]

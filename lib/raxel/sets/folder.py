@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from raxel.errors import InputError
-from raxel.sets.image_files import FORMATS, stored_size
+from raxel.sets.image_files import FORMATS, is_whole, stored_size
 from raxel.sets.model import ActiveGrid, Chessboard, ImageSet, View
 
 ENDINGS = frozenset(
@@ -49,11 +49,15 @@ def image_names(folder: str | Path, pattern: str | None = None) -> list[str]:
         If there is no image. Files in a format that raxel does not read are named,
         with a program that converts them.
     """
+    return _listing(folder, pattern)[0]
+
+
+def _listing(folder, pattern):
+    """`image_names`, and the files of other formats than an image is stored in."""
     folder = Path(folder)
     if not folder.is_dir():
         fault = "is a file" if folder.is_file() else "no such folder"
         raise InputError(f"{folder}: {fault}; give the folder of an image set")
-    found: list[str] = []
     for each in (pattern,) if pattern else ("*", "**/*"):
         try:
             paths = [path.relative_to(folder) for path in folder.glob(each)]
@@ -61,26 +65,31 @@ def image_names(folder: str | Path, pattern: str | None = None) -> list[str]:
             raise InputError(
                 f"{folder}: images: found pattern {each!r}; give one such as '*.jpg'"
             ) from fault
-        names = [path.as_posix() for path in paths if not _is_hidden(path)]
-        found = [name for name in names if Path(name).suffix.lower() in ENDINGS]
+        paths = sorted(filter(_is_visible, paths), key=_natural)
+        found = [path for path in paths if path.suffix.lower() in ENDINGS]
+        stems = {path.with_suffix("") for path in found}
+        others = [
+            (path.as_posix(), f"{path.suffix} is not read, convert it by {converter}")
+            for path in paths
+            if (converter := CONVERTERS.get(path.suffix.lower()))
+            and path.with_suffix("") not in stems
+        ]
         if found:
-            return sorted(found, key=_natural)
-        for name in sorted(names, key=_natural):
-            if converter := CONVERTERS.get(Path(name).suffix.lower()):
-                raise InputError(
-                    f"{folder / name}: {Path(name).suffix} is not read; convert the "
-                    f"images to TIFF or PNG (such as by {converter})"
-                )
+            return [path.as_posix() for path in found], others
+        if others:
+            name, reason = others[0]
+            raise InputError(f"{folder / name}: {reason}; give TIFF or PNG")
     what = f"no image matches {pattern!r}" if pattern else "no image"
     raise InputError(f"{folder}: {what}; give a folder with {', '.join(FORMATS)}")
 
 
-def _is_hidden(path):
-    return any(part.startswith(".") for part in path.parts)
+def _is_visible(path):
+    return not any(part.startswith(".") for part in path.parts)
 
 
-def _natural(name):
+def _natural(path):
     """Sorting key: texts and numbers in turn."""
+    name = path.as_posix()
     parts = re.split(r"(\d+)", name.casefold())
     return [int(part) if part.isdecimal() else part for part in parts], name
 
@@ -114,7 +123,10 @@ def folder_set(
         As `image_names`, or if no file is an image.
     """
     folder = Path(folder)
-    sizes = {name: stored_size(folder / name) for name in image_names(folder, pattern)}
+    names, others = _listing(folder, pattern)
+    sizes = {name: stored_size(folder / name) for name in names}
+    for name in [n for n, size in sizes.items() if size and not is_whole(folder / n)]:
+        sizes[name] = None
     counts = Counter(size for size in sizes.values() if size)
     if not counts:
         raise InputError(f"{folder}: no file can be read as an image; copy them again")
@@ -123,7 +135,7 @@ def folder_set(
         (name, _reason(size, (width, height), count))
         for name, size in sizes.items()
         if size != (width, height)
-    ]
+    ] + others
     views = tuple(View(n) for n, size in sizes.items() if size == (width, height))
     return ImageSet(
         set_name(folder), width, height, target, views, folder,

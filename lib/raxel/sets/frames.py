@@ -10,6 +10,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.io.files import check_file
+from raxel.sets.image_files import words_of_decoders
 
 # Width at which frames are compared, px; a frame differs if it does so by this fraction
 # of the standard deviation of its grey levels, as after a motion of one such pixel.
@@ -46,7 +47,7 @@ def save_frames(
     Raises
     ------
     InputError
-        If the file is no video, or has no frame.
+        If the file is no video, or has no two frames that differ.
     """
     names, last = [], None
     for number, frame in _sharpest(video, every):
@@ -62,17 +63,24 @@ def save_frames(
         cv2.imwrite(str(Path(folder) / names[-1]), frame)
         if say:
             say(f"{names[-1]} of {video}")
+    if len(names) < 2:
+        raise InputError(
+            f"{video}: frames: {len(names)} differ from the one before; give a video "
+            "in which the board or the camera moves"
+        )
     return names
 
 
 def _sharpest(video, every) -> Iterator[tuple[int, np.ndarray]]:
     """Yield the number and the pixels of the sharpest of each `every` frames."""
     check_file(video, what="video")
-    capture = cv2.VideoCapture(str(video))
+    with words_of_decoders():
+        capture = cv2.VideoCapture(str(video))
     best, number = None, -1
     try:
         while True:
-            read, frame = capture.read()
+            with words_of_decoders():
+                read, frame = capture.read()
             if read:
                 number += 1
                 grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)

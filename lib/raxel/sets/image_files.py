@@ -176,6 +176,13 @@ def stored_size(path: Path) -> tuple[int, int] | None:
     return None
 
 
+def is_whole(path: Path) -> bool:
+    """Return whether all pixels of an image file are decoded without loss."""
+    data, mode = path.read_bytes(), cv2.IMREAD_REDUCED_GRAYSCALE_8
+    # Of the kinds of BMP, OpenCV supports only some.
+    return data[:2] == b"BM" or _by_opencv(data, mode) is not None
+
+
 def _read(image_set, view, colour):
     name = view.image if isinstance(view, View) else view
     path = image_set.folder / name

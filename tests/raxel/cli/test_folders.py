@@ -12,6 +12,8 @@ from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.cli.sets import board, length_mm, opened_set
 from raxel.errors import InputError
+from raxel.features import find_board
+from raxel.features.boards import DETECTORS
 from raxel.sets import AprilGrid, Charuco, Chessboard, CircleGrid, load_set
 from raxel.sets.folder import folder_set, image_names, set_name
 from raxel.sets.frames import save_frames
@@ -120,9 +122,9 @@ def test_images_are_ordered_by_number_and_subfolders_are_searched(tmp_path):
         (
             "a.heic",
             None,
-            "a.heic: .heic is not read; convert the images to TIFF or PNG",
+            "a.heic: .heic is not read, convert it by heif-convert; give TIFF or PNG",
         ),
-        ("a.NEF", None, "(such as by dcraw -T)"),
+        ("a.NEF", None, "convert it by dcraw -T; give"),
         ("a.txt", None, "no image; give a folder with PNG"),
         ("a.png", "*.jpg", "no image matches '*.jpg'"),
         ("a.png", None, "no file can be read as an image"),
@@ -142,6 +144,7 @@ def test_folder_without_images_is_reported(tmp_path, name, pattern, fault):
     [
         ([], "SET: missing; give a folder of images, or --video FILE"),
         (["nowhere"], "nowhere: not found; correct the name"),
+        (["set", "--every", "3"], "--every: found 3 without --video; remove it"),
         (["--video", "set.yaml", "--out", "x.npz"], "with --video; give a folder"),
         (["--video", "set.yaml"], "no frame can be read; convert the video to MP4"),
         ([".", "--board", "9by6"], "expected interior corners as 9x6"),
@@ -171,6 +174,11 @@ def test_wrong_options_are_reported_in_a_line(
     [
         ("9x6", (None, None), Chessboard(9, 6)),
         ("charuco:9x6:DICT_4X4_50", (20.0, 15.0), Charuco(9, 6, 20.0, "4X4_50", 15.0)),
+        (
+            "charuco-legacy:9x6:4X4_50",
+            (20.0, 15.0),
+            Charuco(9, 6, 20.0, "4X4_50", 15.0, True),
+        ),
         ("aprilgrid:6x5", (26.0, 20.0), AprilGrid(12, 10, 26.0, 20.0)),
         ("staggered:4x11", (9.0, None), CircleGrid(4, 11, 9.0, True)),
         ("circles:7x5", (None, None), CircleGrid(7, 5)),
@@ -216,3 +224,36 @@ def test_sharpest_frames_that_differ_are_taken(tmp_path, images, capsys):
     calibrated(capsys, "--video", path, "--every", "4", "--board", SIZE)
     assert len(os.listdir(out / "images")) == 3
     assert load_set(out).name == "clip"
+
+
+def test_interrupted_search_is_continued(folder, capsys, monkeypatch):
+    out, names = folder.parent / "out", []
+
+    def interrupted(image, *size):
+        names.append(size)
+        if len(names) == 4:
+            raise KeyboardInterrupt
+        return find_board(image, *size)
+
+    monkeypatch.setitem(DETECTORS, "raxel", interrupted)
+    assert calibrated(capsys, folder, "--out", out, status=130).err == (
+        "raxel: interrupted\n"
+    )
+    assert os.listdir(out) == ["corners.json"]
+    calibrated(capsys, folder, "--out", out)
+    assert len(names) == 4 + 3
+    assert len(json.loads((out / "corners.json").read_text())["images"]) == 6
+
+
+def test_unused_images_are_named_where_too_few_remain(folder, capsys):
+    for number in range(9, 13):
+        (folder / f"view{number}.png").unlink()
+    (folder / "view8.png").write_bytes((folder / "view8.png").read_bytes()[:-999])
+    (folder / "a.heic").touch()
+    cv2.imwrite(str(folder / "view9.png"), np.zeros((HEIGHT, WIDTH), np.uint8))
+    line = calibrated(capsys, folder, "--board", "9x8", status=2).err
+    assert "not used: broken.png, view8.png: not an image, or damaged" in line
+    assert "small.png: 160 x 120 px, 2 others have 320 x 240" in line
+    assert "a.heic: .heic is not read, convert it by heif-convert" in line
+    assert "check --board, or try another" in line
+    assert "target." not in line

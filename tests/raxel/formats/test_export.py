@@ -14,6 +14,7 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.formats import export_camera, import_camera
 from raxel.formats.conventions import FORMATS
+from raxel.formats.exchange import import_with_residual
 from tests.camera_zoo import ZOO
 from tests.format_cameras import CAMERAS, CELLS, EXACT
 from tests.format_readers import READERS, exported
@@ -46,6 +47,7 @@ def test_exact_export_has_the_rays_of_the_camera(form, name, tmp_path):
     [
         ("colmap", "kannala-brandt, decentred", 0.5),
         ("ros", "brown", 2),
+        ("opencv", "tardif", 0.2),
         ("ocamcalib", "kannala-brandt 9", 1),
     ],
 )
@@ -56,10 +58,16 @@ def test_refit_has_the_stated_residual(form, name, largest, tmp_path):
     rms, most = made.residuals["in the whole image"]
     assert rms < most < largest
     if form not in ELSEWHERE:
-        off = READERS[form](path, directions) - FIRST_PIXEL.get(form, 0.0) - pixels
-        off = np.hypot(*off.T)
+        found = READERS[form](path, directions) - FIRST_PIXEL.get(form, 0.0)
+        off = np.hypot(*(found - pixels).T)
         assert off.max() < 1.5 * most
         assert np.sqrt(np.mean(off**2)) == pytest.approx(rms, rel=0.3)
+        # The import, refitted where no camera has these terms, states its residual.
+        axes = FORMATS[form].R_format_camera
+        camera, (rms, _) = import_with_residual(path, form)
+        off = np.hypot(*(camera.project(directions @ axes).pixels - found).T)
+        assert rms < 0.2
+        assert np.sqrt(np.mean(off**2)) < 2 * rms + 0.01 * largest
 
 
 def test_residuals_are_stated_under_the_boards_and_beyond(tmp_path):
@@ -114,7 +122,9 @@ def test_program_exports_and_imports(tmp_path, capsys):
     CAMERAS["mei-rives"].save(path)
     options = ["--format", "kalibr", "--out"]
     assert main(["export", str(path), *options, str(out)]) == 0
-    assert capsys.readouterr().out.startswith(f"{out}: omni-radtan, exact; residual")
+    assert capsys.readouterr().out.startswith(f"{out}: omni-radtan, exact\n")
+    assert main(["export", str(path), *options, str(out)]) == 2
+    assert "exists; give --force to replace it" in capsys.readouterr().err
     assert main(["import", str(out), *options, str(tmp_path / "again.npz")]) == 0
     again = load_camera(tmp_path / "again.npz").rays([[40.0, 400.0]])
     expected = CAMERAS["mei-rives"].rays([[40.0, 400.0]])
@@ -164,7 +174,10 @@ FAULTS = {
     ("colmap", "1 OPENCV 640 480 300 280 330 250 0 0 0\n"): "found 7; OPENCV has fx fy",
     ("colmap", "1 OPENCV 640 480 300 nan 330 250 0 0 0 0\n"): "not all finite",
     ("colmap", "1 EQUIRECTANGULAR 640 480 640 480\n"): "found 'EQUIRECTANGULAR'",
-    ("colmap", "1 EUCM 640 480 300 280 330 250 0.5 1.1\n"): "no camera of raxel",
+    (
+        "colmap",
+        "1 FULL_OPENCV 640 480 300 280 330 250 0 0 0 0 0 -9 0 0\n",
+    ): "px RMS from every camera",
     ("colmap", "1 OPENCV 640 480 -300 280 330 250 0 0 0 0\n"): "field 'K'",
     ("ros", "image_width: 640\n"): "distortion_model: missing",
     ("mrcal", "{'lensmodel': 'LENSMODEL_PINHOLE'}\n"): "intrinsics: missing",
