@@ -14,9 +14,9 @@ from raxel.cli.models import (
     FITS,
     MIN_N_VIEWS,
     MISFITS,
+    PUPILS,
     STAGES,
     TABLES,
-    WITH_PUPIL,
 )
 from raxel.cli.outputs import (
     check_outputs,
@@ -306,9 +306,9 @@ def _compared(task, whole, fit):
             part = 1 + sum(model == name for model, *_ in known_fits)
             task.say(f"cross-validation: {name}, part {part} of {folds}")
             more = {}
-            if name in WITH_PUPIL:
+            if name in PUPILS:
                 pupil = whole(name).details["pupil"]
-                more["pupil"] = "moving" if pupil and pupil["moves"] else "fixed"
+                more["pupil"] = PUPILS[name] if pupil and pupil["moves"] else "fixed"
             known_fits[key] = task.fitted(name, views, **more)
         return known_fits[key].camera, known_fits[key].shape
 

@@ -164,10 +164,10 @@ FITS = {
     "cgsp": _without_wrong(partial(table, calibrate_cgsp)),
     "generic": _without_wrong(partial(table, calibrate_generic)),
 }
-# Models with an entrance pupil.
-WITH_PUPIL = ("kannala-brandt", "unified", "spline")
+# Models with an entrance pupil, and what they take where it moves.
+PUPILS = {"kannala-brandt": "moving", "unified": "moving", "spline": "by test"}
 # Of --central: the other models are central in any case.
-CENTRAL_FITS = FITS | {name: partial(FITS[name], pupil="fixed") for name in WITH_PUPIL}
+CENTRAL_FITS = FITS | {name: partial(FITS[name], pupil="fixed") for name in PUPILS}
 TABLES = ("cgsp", "generic")
 # What `auto` compares, the fastest first, and the largest RMS residual, in units of the
 # corner scatter, at which the best so far needs no further models. Where tables fit

@@ -133,7 +133,8 @@ def calibrate_spline(
     rng, units, side
         As of the generic method (`calibrate_generic`), which gives the start where no
         lens formula fits.
-    pupil : {"by test", "fixed", "moving"}
+    pupil : {"by test", "fixed"}
+        "fixed" gives a central camera.
     board : {"by test", "flat"}
         As of `calibrate_lens`.
 

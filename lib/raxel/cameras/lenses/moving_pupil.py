@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -291,28 +290,6 @@ def pupil_heights(angle, shift):
     return value, 2 * angle * np.polyval(np.polyder(descending), squared)
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _sight_angle(angle, rho, z, shift):
-    for _ in range(MAX_N_STEPS):
-        factor, factor_slope, squared = 0.0, 0.0, angle * angle
-        for term in shift[::-1]:  # Horner's scheme; z0 = factor theta^2
-            factor_slope = factor_slope * squared + factor
-            factor = factor * squared + term
-        slope = 2 * angle * (factor + squared * factor_slope)
-        height = z - factor * squared
-        sine, cosine = math.sin(angle), math.cos(angle)
-        rise = height * cosine + rho * sine - slope * sine
-        step = height * sine - rho * cosine
-        step /= rise if rise > 0 else math.hypot(rho, z)
-        new = min(max(angle - step, 0.0), math.pi)
-        at_rest = not abs(new - angle) > STEP_TOL_RAD + 4e-16 * angle
-        angle = new
-        if at_rest:
-            break
-    return angle
-
-
-@numba.njit(cache=True, error_model="numpy")
 def sight_angles(rho, z, shift):
     """theta (N,), 0 to pi, at which points rho from the axis at height z are seen.
 
@@ -320,9 +297,20 @@ def sight_angles(rho, z, shift):
     fixed pupil. Without convergence, the last angle is returned.
     """
     angle = np.arctan2(rho, z)
-    if np.any(shift != 0):
-        for k in range(len(angle)):
-            angle[k] = _sight_angle(angle[k], rho[k], z[k], shift)
+    if not np.any(shift):
+        return angle
+    with np.errstate(all="ignore"):
+        for _ in range(MAX_N_STEPS):
+            z0, slope = pupil_heights(angle, shift)
+            sine, cosine = np.sin(angle), np.cos(angle)
+            miss = (z - z0) * sine - rho * cosine
+            rise = (z - z0) * cosine + rho * sine - slope * sine
+            step = miss / np.where(rise > 0, rise, np.hypot(rho, z))
+            new = np.clip(angle - step, 0.0, math.pi)
+            moved = np.abs(new - angle)
+            angle = new
+            if not np.any(moved > STEP_TOL_RAD + 4e-16 * angle):
+                break
     return angle
 
 
