@@ -304,7 +304,7 @@ def _compared(task, whole, fit):
             more = {}
             if name in PUPILS:
                 pupil = whole(name).details["pupil"]
-                more["pupil"] = PUPILS[name] if pupil and pupil["moves"] else "fixed"
+                more["pupil"] = "moving" if pupil and pupil["moves"] else "fixed"
             known_fits[key] = task.fitted(name, views, **more)
         return known_fits[key].camera, known_fits[key].shape
 
