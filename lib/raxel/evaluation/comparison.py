@@ -160,7 +160,7 @@ def compare_models(
     ModelComparison
         The scores.
     """
-    cameras = {model: _Remembering(build) for model, build in builders.items()}
+    cameras = {model: Remembering(build) for model, build in builders.items()}
     own, failed, parts = {}, {}, _parts(views, folds)
     for model, build in cameras.items():
         try:
@@ -216,20 +216,20 @@ def _on_shared(cameras, own, views, parts):
     Without the other corners a board has another pose, at which a model may miss a
     corner that it had. This is repeated until all models score all corners.
     """
-    parts = _parts_of_all(own, parts)
-    common = own
-    while parts:
-        views = _shared_corners(common, views)
-        common = {model: cross_validate(cameras[model], views, parts) for model in own}
+    whole = _parts_of_all(own, parts)
+    common, complete = own, len(whole) == len(parts)
+    while whole:
         shares = [evaluation.share_with_ray for evaluation in common.values()]
         if np.isnan(shares).all():
             break
-        if min(shares) == 1:
+        if complete and min(shares) == 1:
             return common
+        views, complete = _shared_corners(common, views), True
+        common = {model: cross_validate(cameras[model], views, whole) for model in own}
     return {}
 
 
-class _Remembering:
+class Remembering:
     """Build a camera once for the same views, identified by their names."""
 
     def __init__(self, build):

@@ -165,9 +165,9 @@ def _image(
     fx, fy, cx, cy = frame
     p1, p2, s1, s2 = decentring
     for n in range(len(points)):
-        z = points[n, 2]
-        rho = max(math.hypot(points[n, 0], points[n, 1]), AXIS_TOL * abs(z))
-        unit_x, unit_y = points[n, 0] / rho, points[n, 1] / rho
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        rho = max(math.hypot(x, y), AXIS_TOL * abs(z))
+        unit_x, unit_y = x / rho, y / rho
         theta = sight_angle(rho, z, a)
         s, slope, s_by_xi = _base(theta, xi)
         x, y = s * unit_x, s * unit_y
@@ -192,7 +192,7 @@ def _image(
         by_values[n, 0, 2] = by_values[n, 1, 3] = 1.0
         sine, cosine = math.sin(theta), math.cos(theta)
         z0, z0_slope = pupil_heights(theta, a)
-        rise = (z - z0) * cosine + rho * sine - z0_slope * sine
+        rise = (z - z0) * cosine + (rho - z0_slope) * sine
         across = change * x * y + 2 * p1 * x + 2 * p2 * y
         by_p = (
             (
@@ -214,22 +214,17 @@ def _image(
             by_points[n, c, 0] = by_rho * unit_x - tangential * unit_y
             by_points[n, c, 1] = by_rho * unit_y + tangential * unit_x
             by_points[n, c, 2] = -by_height
-            place = N_FRAME_PARAMETERS
+            own, first = by_values[n, c, N_FRAME_PARAMETERS:], int(free_xi)
             if free_xi:
-                by_values[n, c, place] = radial * s_by_xi
-                place += 1
-            power = focal * (x, y)[c]
-            for _ in range(len(k)):
-                power *= squared
-                by_values[n, c, place] = power
-                place += 1
+                own[0] = radial * s_by_xi
+            for j in range(len(k)):
+                own[first + j] = focal * (x, y)[c] * squared ** (j + 1)
             for j in range(n_decentring):
-                by_values[n, c, place] = focal * by_decentring[c][j]
-                place += 1
-            for _ in range(len(a)):
-                by_height *= theta**2
-                by_values[n, c, place] = by_height
-                place += 1
+                own[first + len(k) + j] = focal * by_decentring[c][j]
+            for j in range(len(a)):
+                own[first + len(k) + n_decentring + j] = by_height * theta ** (
+                    2 * j + 2
+                )
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -562,7 +557,7 @@ def _reduced(system, damping):
         poses / (sizes[:, :, None] * sizes[:, None]) + damping * np.eye(6),
         np.concatenate([both, (poses_gradient / sizes)[..., None]], axis=2),
     )
-    left = np.einsum("nij,nik->jk", both, solved)
+    left = np.tensordot(both, solved, ((0, 1), (0, 1)))
     normal = values / np.outer(size, size) + damping * np.eye(len(size))
     gradient = values_gradient / size
     return normal - left[:, :-1], gradient - left[:, -1], solved, size, sizes

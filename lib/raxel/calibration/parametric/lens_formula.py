@@ -351,7 +351,7 @@ def pupil_shift(fit, boards):
     own = slice(first, first + len(a))
     powers = theta ** (2 * np.arange(1, len(a) + 1))
     covariance = covariance_of(fit, boards).covariance[own, own]
-    shift = pupil_heights(np.array([theta]), a)[0][0]
+    shift = pupil_heights(theta, a)[0]
     return float(shift), float(np.sqrt(max(powers @ covariance @ powers, 0.0)))
 
 

@@ -318,10 +318,7 @@ def sight_angle(rho, z, shift):
 @numba.njit(cache=True, error_model="numpy")
 def sight_angles(rho, z, shift):
     """theta (N,) of points by `sight_angle`."""
-    angles = np.empty(len(z))
-    for n in range(len(z)):
-        angles[n] = sight_angle(rho[n], z[n], shift)
-    return angles
+    return np.array([sight_angle(*at, shift) for at in zip(rho, z)])  # noqa: B905
 
 
 def _angle(directions):
