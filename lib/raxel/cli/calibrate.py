@@ -33,7 +33,7 @@ from raxel.evaluation.board_corners import (
     board_corners,
     without_wrong_corners,
 )
-from raxel.evaluation.comparison import Remembering, compare_models
+from raxel.evaluation.comparison import compare_models, remembering
 from raxel.evaluation.coverage import covered_cells
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
@@ -308,7 +308,7 @@ def _compared(task, whole, fit):
 
     for stage, largest in STAGES:
         builders |= {
-            name: Remembering(functools.partial(build, name)) for name in stage
+            name: remembering(functools.partial(build, name)) for name in stage
         }
         comparison = compare_models(builders, task.views, folds)
         if any(each.n_scored for each in comparison.own.values()):

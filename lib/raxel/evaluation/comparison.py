@@ -160,7 +160,7 @@ def compare_models(
     ModelComparison
         The scores.
     """
-    cameras = {model: Remembering(build) for model, build in builders.items()}
+    cameras = {model: remembering(build) for model, build in builders.items()}
     own, failed, parts = {}, {}, _parts(views, folds)
     for model, build in cameras.items():
         try:
@@ -229,18 +229,17 @@ def _on_shared(cameras, own, views, parts):
     return {}
 
 
-class Remembering:
-    """Build a camera once for the same views, identified by their names."""
+def remembering(build):
+    """Function that builds a camera once for the same views, by their names."""
+    cameras = {}
 
-    def __init__(self, build):
-        self._build = build
-        self._known = {}
-
-    def __call__(self, views):
+    def built(views):
         key = tuple(view.name for view in views)
-        if key not in self._known:
-            self._known[key] = self._build(views)
-        return self._known[key]
+        if key not in cameras:
+            cameras[key] = build(views)
+        return cameras[key]
+
+    return built
 
 
 def _shared_corners(evaluations, views):

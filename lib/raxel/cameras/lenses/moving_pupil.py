@@ -318,7 +318,7 @@ def sight_angle(rho, z, shift):
 @numba.njit(cache=True, error_model="numpy")
 def sight_angles(rho, z, shift):
     """theta (N,) of points by `sight_angle`."""
-    return np.array([sight_angle(*at, shift) for at in zip(rho, z)])  # noqa: B905
+    return np.array([sight_angle(rho[n], z[n], shift) for n in range(len(z))])
 
 
 def _angle(directions):
