@@ -1,6 +1,7 @@
 """`raxel calibrate SET --model NAME --out camera.npz --json F --report FOLDER`"""
 
 import functools
+from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -33,7 +34,7 @@ from raxel.evaluation.board_corners import (
     board_corners,
     without_wrong_corners,
 )
-from raxel.evaluation.comparison import compare_models
+from raxel.evaluation.comparison import compare_models, remembering
 from raxel.evaluation.coverage import covered_cells
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.diagnoses import (
@@ -298,23 +299,22 @@ def _compared(task, whole, fit):
     """ModelComparison by cross-validation, of further STAGES as long as the best model
     so far does not fit. All views decide if the entrance pupil of a model moves."""
     folds = min(FOLDS, len(task.views))
-    names, known_fits = [], {}
+    builders, parts = {}, Counter()
 
     def build(name, views):
-        key = name, *(view.name for view in views)
-        if key not in known_fits:
-            part = 1 + sum(model == name for model, *_ in known_fits)
-            task.say(f"cross-validation: {name}, part {part} of {folds}")
-            more = {}
-            if name in PUPILS:
-                pupil = whole(name).details["pupil"]
-                more["pupil"] = PUPILS[name] if pupil and pupil["moves"] else "fixed"
-            known_fits[key] = task.fitted(name, views, **more)
-        return known_fits[key].camera, known_fits[key].shape
+        parts[name] += 1
+        task.say(f"cross-validation: {name}, part {parts[name]} of {folds}")
+        more = {}
+        if name in PUPILS:
+            pupil = whole(name).details["pupil"]
+            more["pupil"] = "moving" if pupil and pupil["moves"] else "fixed"
+        fitted = task.fitted(name, views, **more)
+        return fitted.camera, fitted.shape
 
     for stage, largest in STAGES:
-        names += stage
-        builders = {name: functools.partial(build, name) for name in names}
+        builders |= {
+            name: remembering(functools.partial(build, name)) for name in stage
+        }
         comparison = compare_models(builders, task.views, folds)
         if any(each.n_scored for each in comparison.own.values()):
             _, right, _ = fit(comparison.best())

@@ -164,8 +164,8 @@ FITS = {
     "cgsp": _without_wrong(partial(table, calibrate_cgsp)),
     "generic": _without_wrong(partial(table, calibrate_generic)),
 }
-# Models with an entrance pupil, and what they take where it moves.
-PUPILS = {"kannala-brandt": "moving", "unified": "moving", "spline": "by test"}
+# Models with an entrance pupil.
+PUPILS = "kannala-brandt", "unified", "spline"
 # Of --central: the other models are central in any case.
 CENTRAL_FITS = FITS | {name: partial(FITS[name], pupil="fixed") for name in PUPILS}
 TABLES = ("cgsp", "generic")

@@ -160,7 +160,7 @@ def compare_models(
     ModelComparison
         The scores.
     """
-    cameras = {model: _Remembering(build) for model, build in builders.items()}
+    cameras = {model: remembering(build) for model, build in builders.items()}
     own, failed, parts = {}, {}, _parts(views, folds)
     for model, build in cameras.items():
         try:
@@ -216,31 +216,30 @@ def _on_shared(cameras, own, views, parts):
     Without the other corners a board has another pose, at which a model may miss a
     corner that it had. This is repeated until all models score all corners.
     """
-    parts = _parts_of_all(own, parts)
-    common = own
-    while parts:
-        views = _shared_corners(common, views)
-        common = {model: cross_validate(cameras[model], views, parts) for model in own}
+    whole = _parts_of_all(own, parts)
+    common, complete = own, len(whole) == len(parts)
+    while whole:
         shares = [evaluation.share_with_ray for evaluation in common.values()]
         if np.isnan(shares).all():
             break
-        if min(shares) == 1:
+        if complete and min(shares) == 1:
             return common
+        views, complete = _shared_corners(common, views), True
+        common = {model: cross_validate(cameras[model], views, whole) for model in own}
     return {}
 
 
-class _Remembering:
-    """Build a camera once for the same views, identified by their names."""
+def remembering(build):
+    """Function that builds a camera once for the same views, by their names."""
+    cameras = {}
 
-    def __init__(self, build):
-        self._build = build
-        self._known = {}
-
-    def __call__(self, views):
+    def built(views):
         key = tuple(view.name for view in views)
-        if key not in self._known:
-            self._known[key] = self._build(views)
-        return self._known[key]
+        if key not in cameras:
+            cameras[key] = build(views)
+        return cameras[key]
+
+    return built
 
 
 def _shared_corners(evaluations, views):

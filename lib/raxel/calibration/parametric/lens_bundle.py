@@ -13,16 +13,22 @@ scale: at least that of all boards, and at most a few times it. Source: Huber an
 Ronchetti, Robust Statistics, 2009.
 """
 
+import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from raxel.calibration.views.correspondence import TERMS, BoardShape, shaped
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
-from raxel.cameras.lenses.moving_pupil import MovingPupilCamera, sight_angles
+from raxel.cameras.lenses.moving_pupil import (
+    MovingPupilCamera,
+    pupil_heights,
+    sight_angle,
+)
 from raxel.cameras.lenses.rational import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, transform
+from raxel.geometry.poses import rotate, rotation_from_vector, transform
 
 # Pixels of points under a lens model, and their derivatives. A point X of the camera
 # frame is seen at the angle theta to the axis z from the pupil at height z0(theta) on
@@ -140,108 +146,98 @@ def imaged_points(formula, values, points, derivatives=True):
     """Pixels of points (N, 3) under a model, with derivatives (Imaged), or without, as
     pixels (N, 2) alone."""
     xi, k, decentring, a = formula.parts(values)
-    focal, centre = values[:2], values[2:N_FRAME_PARAMETERS]
-    with np.errstate(all="ignore"):
-        rho, unit = _across(points)
-        theta = sight_angles(rho, points[:, 2], a)
-        s, slope, s_by_xi = _base(theta, xi)
-        p = s[:, None] * unit
-        terms = _terms(p, k)
-        q = terms.factor[:, None] * p + terms.by_decentring @ decentring
-        if not derivatives:
-            return focal * q + centre
-        by_rho, by_z, by_a = _slopes(theta, rho, points[:, 2], a)
-        by_p, q_by_k = _warp_slopes(p, k, decentring, terms)
-        # p moves radially with theta, tangentially with the azimuth.
-        outer = unit[:, :, None] * unit[:, None]
-        p_by_points = np.empty((len(points), 2, 3))
-        p_by_points[:, :, :2] = (slope * by_rho)[:, None, None] * outer + (s / rho)[
-            :, None, None
-        ] * (np.eye(2) - outer)
-        p_by_points[:, :, 2] = (slope * by_z)[:, None] * unit
-        radial = np.einsum("nij,nj->ni", by_p, unit)
-        own = [q_by_k, terms.by_decentring[:, :, : formula.decentring]]
-        if formula.base == "unified":
-            own = [(s_by_xi[:, None] * radial)[:, :, None], *own]
-        own.append(radial[:, :, None] * (slope[:, None] * by_a)[:, None])
-        own = focal[:, None] * np.concatenate(own, axis=2)
-        by_values = np.zeros((len(points), 2, len(values)))
-        by_values[:, :, N_FRAME_PARAMETERS : N_FRAME_PARAMETERS + own.shape[2]] = own
-        by_values[:, 0, 0], by_values[:, 1, 1] = q.T
-        by_values[:, 0, 2] = by_values[:, 1, 3] = 1.0
-        return Imaged(
-            focal * q + centre, by_values, focal[:, None] * (by_p @ p_by_points)
-        )
+    count = len(points) if derivatives else 0
+    pixels, by_points = np.empty((len(points), 2)), np.empty((count, 2, 3))
+    by_values = np.zeros((count, 2, len(values)))
+    _image(
+        points, tuple(values[:N_FRAME_PARAMETERS]), xi, k, tuple(decentring), a,
+        formula.base == "unified", formula.decentring, pixels, by_values, by_points,
+    )  # fmt: skip
+    return Imaged(pixels, by_values, by_points) if derivatives else pixels
 
 
-def _across(points):
-    """Distance rho (N,) of points (N, 3) from the axis, and unit vectors (N, 2)."""
-    across, z = points[:, :2], points[:, 2]
-    rho = np.maximum(np.hypot(*across.T), AXIS_TOL * np.abs(z))
-    return rho, across / rho[:, None]
-
-
-def _slopes(theta, rho, z, a):
-    """Derivatives of theta by rho, z and a (N, A)."""
-    sine, cosine = np.sin(theta), np.cos(theta)
-    powers = theta[:, None] ** (2 * np.arange(1, len(a) + 1))
-    height = z - powers @ a
-    height_slope = (
-        powers @ (2 * np.arange(1, len(a) + 1) * a) / np.maximum(theta, 1e-300)
-    )
-    rise = height * cosine + rho * sine - height_slope * sine
-    return cosine / rise, -sine / rise, (sine / rise)[:, None] * powers
-
-
-def _base(theta, xi):
-    """s, ds/dtheta and ds/dxi at angles (N,); NaN beyond the edge of the sphere."""
-    if xi is None:
-        return theta, np.ones_like(theta), np.zeros_like(theta)
-    sine, cosine = np.sin(theta), np.cos(theta)
-    depth = np.where(cosine + xi > 0, cosine + xi, np.nan)
-    slope = (1 + xi) * (1 + xi * cosine) / depth**2
-    slope = np.where(slope > 0, slope, np.nan)
-    return (1 + xi) * sine / depth, slope, sine * (cosine - 1) / depth**2
-
-
-class _Terms(NamedTuple):
-    """At p: s^2 (N,), its powers (N, K), 1 + k1 s^2 + ... (N,), and the derivatives of
-    q by p1 to s2 (N, 2, 4)."""
-
-    squared: np.ndarray
-    powers: np.ndarray
-    factor: np.ndarray
-    by_decentring: np.ndarray
-
-
-def _terms(p, k):
-    x, y = p.T
-    squared = x * x + y * y
-    powers = squared[:, None] ** np.arange(1, len(k) + 1)
-    by_terms = np.zeros((len(p), 2, 4))
-    by_terms[:, 0, 0] = by_terms[:, 1, 1] = 2 * x * y
-    by_terms[:, 0, 1] = squared + 2 * x * x
-    by_terms[:, 1, 0] = squared + 2 * y * y
-    by_terms[:, 0, 2] = by_terms[:, 1, 3] = squared
-    return _Terms(squared, powers, 1 + powers @ k, by_terms)
-
-
-def _warp_slopes(p, k, decentring, terms):
-    """Derivatives of q by p (N, 2, 2) and by k (N, 2, K)."""
-    x, y = p.T
+@numba.njit(cache=True, error_model="numpy")
+def _image(
+    points, frame, xi, k, decentring, a, free_xi, n_decentring, pixels, by_values,
+    by_points,
+):  # fmt: skip
+    """Write the pixels, and the derivatives if there is space for them."""
+    fx, fy, cx, cy = frame
     p1, p2, s1, s2 = decentring
-    factor, powers = terms.factor, terms.powers
-    change = (
-        2
-        * (powers / np.maximum(terms.squared, 1e-300)[:, None])
-        @ (np.arange(1, len(k) + 1) * k)
-    )
-    by_p = np.empty((len(p), 2, 2))
-    across = change * x * y + 2 * p1 * x + 2 * p2 * y
-    by_p[:, 0, 0] = factor + change * x * x + 2 * p1 * y + 6 * p2 * x + 2 * s1 * x
-    by_p[:, 1, 1] = factor + change * y * y + 6 * p1 * y + 2 * p2 * x + 2 * s2 * y
-    by_p[:, 0, 1], by_p[:, 1, 0] = across + 2 * s1 * y, across + 2 * s2 * x
-    return by_p, p[:, :, None] * powers[:, None]
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        rho = max(math.hypot(x, y), AXIS_TOL * abs(z))
+        unit_x, unit_y = x / rho, y / rho
+        theta = sight_angle(rho, z, a)
+        s, slope, s_by_xi = _base(theta, xi)
+        x, y = s * unit_x, s * unit_y
+        squared = x * x + y * y
+        factor, change = 0.0, 0.0
+        for term in k[::-1]:
+            change = change * squared + factor
+            factor = factor * squared + term
+        factor, change = 1 + factor * squared, 2 * (factor + change * squared)
+        by_decentring = (
+            (2 * x * y, squared + 2 * x * x, squared, 0.0),
+            (squared + 2 * y * y, 2 * x * y, 0.0, squared),
+        )
+        q_x, q_y = factor * x, factor * y
+        for j in range(4):
+            q_x += by_decentring[0][j] * decentring[j]
+            q_y += by_decentring[1][j] * decentring[j]
+        pixels[n, 0], pixels[n, 1] = fx * q_x + cx, fy * q_y + cy
+        if len(by_points) == 0:
+            continue
+        by_values[n, 0, 0], by_values[n, 1, 1] = q_x, q_y
+        by_values[n, 0, 2] = by_values[n, 1, 3] = 1.0
+        sine, cosine = math.sin(theta), math.cos(theta)
+        z0, z0_slope = pupil_heights(theta, a)
+        rise = (z - z0) * cosine + (rho - z0_slope) * sine
+        across = change * x * y + 2 * p1 * x + 2 * p2 * y
+        by_p = (
+            (
+                factor + change * x * x + 2 * p1 * y + 6 * p2 * x + 2 * s1 * x,
+                across + 2 * s1 * y,
+            ),
+            (
+                across + 2 * s2 * x,
+                factor + change * y * y + 6 * p1 * y + 2 * p2 * x + 2 * s2 * y,
+            ),
+        )
+        for c in range(2):
+            focal, (by_x, by_y) = frame[c], by_p[c]
+            # p moves radially with theta, tangentially with the azimuth.
+            radial = focal * (by_x * unit_x + by_y * unit_y)
+            tangential = focal * (by_y * unit_x - by_x * unit_y) * s / rho
+            by_rho = radial * slope * cosine / rise
+            by_height = radial * slope * sine / rise
+            by_points[n, c, 0] = by_rho * unit_x - tangential * unit_y
+            by_points[n, c, 1] = by_rho * unit_y + tangential * unit_x
+            by_points[n, c, 2] = -by_height
+            own, first = by_values[n, c, N_FRAME_PARAMETERS:], int(free_xi)
+            if free_xi:
+                own[0] = radial * s_by_xi
+            for j in range(len(k)):
+                own[first + j] = focal * (x, y)[c] * squared ** (j + 1)
+            for j in range(n_decentring):
+                own[first + len(k) + j] = focal * by_decentring[c][j]
+            for j in range(len(a)):
+                own[first + len(k) + n_decentring + j] = by_height * theta ** (
+                    2 * j + 2
+                )
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _base(theta, xi):
+    """s, ds/dtheta and ds/dxi at an angle; NaN beyond the edge of the sphere."""
+    if xi is None:
+        return theta, 1.0, 0.0
+    sine, depth = math.sin(theta), math.cos(theta) + xi
+    if not depth > 0:
+        return np.nan, np.nan, np.nan
+    slope = (1 + xi) * (1 + xi * math.cos(theta)) / depth**2
+    by_xi = sine * (math.cos(theta) - 1) / depth**2
+    return (1 + xi) * sine / depth, slope if slope > 0 else np.nan, by_xi
 
 
 RAYLEIGH_MEDIAN = 1.1774  # median distance at unit standard deviation per coordinate
@@ -500,29 +496,46 @@ def _rows(formula, values, T, boards, loss, scales):
     errors = boards.pixels - seen.pixels.reshape(n, count, 2)
     _, weight = distance_loss(np.sum(errors**2, axis=2), scales, loss)
     weight = np.where(boards.seen, weight, 0.0) ** 0.5
-    motion = np.concatenate(
-        [-cross_matrix(turned), np.broadcast_to(np.eye(3), (*turned.shape, 3))], axis=3
-    )
-    by_points = seen.by_points.reshape(n, count, 2, 3)
-    by_pose = (by_points @ motion) * weight[..., None, None]
     by_values = seen.by_values.reshape(n, count, 2, -1)
+    by_shape = np.zeros((n, count, 3, 0))
     if formula.board:
-        of_shape = by_points @ _by_shape(formula, values, T, boards)
-        by_values[..., -len(formula.board) :] = of_shape
-    by_values = by_values * weight[..., None, None]
-    A = by_pose.reshape(n, 2 * count, 6)
-    B = by_values.reshape(n, 2 * count, -1)
+        shape = boards.shape(formula, values)
+        of_shape = [TERMS.index(name) for name in formula.board]
+        by_shape = shaped(boards.points[..., :2], shape)[1][..., of_shape]
+    by_points = seen.by_points.reshape(n, count, 2, 3)
+    by_pose = _weighted(turned, T, by_points, by_shape, weight, by_values)
     b = np.where(boards.seen[..., None], errors * weight[..., None], 0.0)
-    b = b.reshape(n, 2 * count, 1)
-    return np.nan_to_num(A, copy=False), np.nan_to_num(B, copy=False), b
+    return (
+        by_pose.reshape(n, 2 * count, 6), by_values.reshape(n, 2 * count, -1),
+        b.reshape(n, 2 * count, 1),
+    )  # fmt: skip
 
 
-def _by_shape(formula, values, T, boards):
-    """Change of points, in the camera frame, with the board's shape (n, M, 3, S)."""
-    shape = boards.shape(formula, values)
-    _, by_values = shaped(boards.points[..., :2], shape)
-    of_shape = [TERMS.index(name) for name in formula.board]
-    return T[:, None, :3, :3] @ by_values[..., of_shape]
+@numba.njit(cache=True)
+def _weighted(turned, T, by_points, by_shape, weight, by_values):
+    """Weighted changes of pixels with poses (n, M, 2, 6); those with the board's shape
+    are written to by_values (n, M, 2, P), and weights applied to it; 0 for unknown
+    ones. by_shape (n, M, 3, S): change of points on the board."""
+    by_pose = np.zeros((*weight.shape, 2, 6))
+    first = by_values.shape[3] - by_shape.shape[3]
+    for n, m in np.ndindex(weight.shape):
+        x, y, z = turned[n, m, 0], turned[n, m, 1], turned[n, m, 2]
+        for c in range(2):
+            own = by_points[n, m, c]
+            u, v, w = own[0], own[1], own[2]
+            for i in range(3):
+                along = u * T[n, 0, i] + v * T[n, 1, i] + w * T[n, 2, i]
+                for j in range(by_shape.shape[3]):
+                    by_values[n, m, c, first + j] += along * by_shape[n, m, i, j]
+            turn = y * w - z * v, z * u - x * w, x * v - y * u
+            for j in range(3):
+                by_pose[n, m, c, j] = weight[n, m] * turn[j]
+                by_pose[n, m, c, 3 + j] = weight[n, m] * own[j]
+            by_values[n, m, c] *= weight[n, m]
+            for row in (by_pose[n, m, c], by_values[n, m, c]):
+                for j in range(len(row)):
+                    row[j] = row[j] if math.isfinite(row[j]) else 0.0
+    return by_pose
 
 
 def _step(system, damping):
@@ -544,7 +557,7 @@ def _reduced(system, damping):
         poses / (sizes[:, :, None] * sizes[:, None]) + damping * np.eye(6),
         np.concatenate([both, (poses_gradient / sizes)[..., None]], axis=2),
     )
-    left = np.einsum("nij,nik->jk", both, solved)
+    left = np.tensordot(both, solved, ((0, 1), (0, 1)))
     normal = values / np.outer(size, size) + damping * np.eye(len(size))
     gradient = values_gradient / size
     return normal - left[:, :-1], gradient - left[:, -1], solved, size, sizes

@@ -351,7 +351,7 @@ def pupil_shift(fit, boards):
     own = slice(first, first + len(a))
     powers = theta ** (2 * np.arange(1, len(a) + 1))
     covariance = covariance_of(fit, boards).covariance[own, own]
-    shift = pupil_heights(np.array([theta]), a)[0][0]
+    shift = pupil_heights(theta, a)[0]
     return float(shift), float(np.sqrt(max(powers @ covariance @ powers, 0.0)))
 
 
@@ -479,7 +479,7 @@ def calibrate_lens(
         *_, found = _proposed(law, given, board == "flat")
     else:
         terms = MAX_N_PUPIL_TERMS * (pupil == "moving")
-        found = _shaped(law, start_of(given), boards, terms, board == "flat")
+        found = _shaped(law, given, terms, board == "flat")
     return _completed(found, boards, views, width, height)
 
 
@@ -492,8 +492,8 @@ def proposed_lenses(
 ) -> tuple[list[LensCalibration], list[str]]:
     """Return every formula that may serve.
 
-    For each law this is that of a central lens. Where both tests show that the pupil
-    moves, that of a lens with a moving pupil is added.
+    For each law this is that of a central lens. If the pupil moves, that of a lens with
+    a moving pupil is added.
 
     Parameters
     ----------
@@ -503,7 +503,7 @@ def proposed_lenses(
     width, height : int
         Size of the image, px.
     board : {"by test", "flat"}
-    pupil : {"by test", "fixed"}
+    pupil : {"by test", "fixed", "moving"}
         As of `calibrate_lens`.
 
     Returns
@@ -522,10 +522,11 @@ def proposed_lenses(
     given, found, faults = GivenBoards(boards, width, height), [], []
     flat = board == "flat"
     for law in LAWS:
-        if pupil == "fixed":
-            proposals = [_shaped(law, start_of(given), boards, 0, flat)]
-        else:
+        if pupil == "by test":
             proposals = _proposed(law, given, flat)
+        else:
+            tried = (0, MAX_N_PUPIL_TERMS) if pupil == "moving" else (0,)
+            proposals = [_shaped(law, given, terms, flat) for terms in tried]
         for each in proposals:
             try:
                 found.append(_completed(each, boards, views, width, height))
@@ -547,7 +548,7 @@ def _boards_of(views, method):
 @lru_cache(maxsize=FIT_CACHE_SIZE * len(LAWS))
 def _tested_law(law, given, flat):
     """_Proposal of a central lens, and the TestedLaw on its pupil."""
-    central = _shaped(law, start_of(given), given.boards, 0, flat)
+    central = _shaped(law, given, 0, flat)
     return central, pupil_test(law, central.fit, given.boards)
 
 
@@ -564,15 +565,17 @@ def _proposed(law, given, flat=False):
     found = [central._replace(pupil=test)]
     if test.moves:
         # A pupil shift may have appeared as a bent board.
-        again = _shaped(law, start_of(given), boards, MAX_N_PUPIL_TERMS, flat)
+        again = _shaped(law, given, MAX_N_PUPIL_TERMS, flat)
         shift, sd = pupil_shift(again.fit, boards)
         test = test._replace(shift=shift, shift_sd=sd)
         found = [each._replace(pupil=test) for each in (central, again)]
     return found
 
 
-def _shaped(law, start, boards, pupil, flat):
+@lru_cache(maxsize=2 * FIT_CACHE_SIZE * len(LAWS))
+def _shaped(law, given, pupil, flat):
     """_Proposal of a law with this number of pupil terms, and its board by test."""
+    start, boards = start_of(given), given.boards
     fit = fitted_law(law, start, boards, pupil)
     test = None if flat else board_test(fit, boards)
     while test and test.used != fit.formula.board:

@@ -19,7 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from raxel.calibration.smooth import equations as linear_part
-from raxel.calibration.smooth.equations import CornersOfBoards, grid_of, node_places
+from raxel.calibration.smooth.equations import (
+    CornersOfBoards,
+    downhill,
+    grid_of,
+    node_places,
+)
 from raxel.cameras.tables.interpolation import shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
@@ -203,19 +208,10 @@ def _chosen(corners, linear, weights, grids, part):
 def _best_smoothness(of, grid):
     """(score, smoothness): the better result of two descents. For a nearly sufficient
     trend, a maximum separates it from the useful field."""
-
     parts = linear_part.normal_parts(of, grid)
-
-    @cache
-    def score(k):
-        return linear_part.held_out(of, parts, SMOOTHNESS[k])
-
-    def downhill(here):
-        around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
-        best = min(around, key=score)
-        return here if best == here else downhill(best)
-
-    best = min(map(downhill, START_INDICES), key=score)
+    score = cache(lambda k: linear_part.held_out(of, parts, SMOOTHNESS[k]))
+    ends = [downhill(score, start, len(SMOOTHNESS)) for start in START_INDICES]
+    best = min(ends, key=score)
     return score(best), float(SMOOTHNESS[best])
 
 

@@ -133,8 +133,9 @@ def calibrate_spline(
     rng, units, side
         As of the generic method (`calibrate_generic`), which gives the start where no
         lens formula fits.
-    pupil : {"by test", "fixed"}
-        "fixed" gives a central camera.
+    pupil : {"by test", "fixed", "moving"}
+        "fixed" gives a central camera. "moving" also tries trends with a pupil shift,
+        without a test.
     board : {"by test", "flat"}
         As of `calibrate_lens`.
 

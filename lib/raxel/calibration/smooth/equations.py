@@ -429,8 +429,9 @@ def solved(normal, right):
     """Control values (2K,): all u, then all v."""
     from scipy.linalg import cho_factor, cho_solve
 
-    # `solve` would also estimate the condition number, which doubles the time.
-    factor = cho_factor(normal, check_finite=False)
+    # `solve` would also estimate the condition number, which doubles the time. The
+    # transpose, equal and in the order of LAPACK, needs no copy.
+    factor = cho_factor(normal.T, overwrite_a=True, check_finite=False)
     return cho_solve(factor, right, check_finite=False)
 
 
@@ -443,6 +444,12 @@ def held_out(of, parts, smoothness):
         c = solved(normal - own, right - of_own)
         score += squares - 2 * of_own @ c + c @ own @ c
     return float(score)
+
+
+def downhill(score, here, count):
+    """Index below count of a minimum of a score, one step at a time from here."""
+    best = min(range(max(here - 1, 0), min(here + 2, count)), key=score)
+    return here if best == here else downhill(score, best, count)
 
 
 def moved_boards(T_camera_grid, of, c):

@@ -10,7 +10,7 @@ would then follow the noise.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from raxel.calibration.smooth.equations import (
     FieldSums,
     band_of,
     band_product,
+    downhill,
     far_from_data,
     free_polynomials,
     node_places,
@@ -218,21 +219,10 @@ def _best_field(pixels, values, weights, size, block_px):
 
 
 def _best_smoothness(sums):
-    """(score, smoothness): descent from START_INDEX, one step at a time."""
-    scores = {}
-
-    def score(k):
-        if k not in scores:
-            scores[k] = _held_out(sums, SMOOTHNESS[k])
-        return scores[k]
-
-    here = START_INDEX
-    while True:
-        around = range(max(here - 1, 0), min(here + 2, len(SMOOTHNESS)))
-        best = min(around, key=score)
-        if best == here:
-            return score(here), float(SMOOTHNESS[here])
-        here = best
+    """(score, smoothness): descent from START_INDEX."""
+    score = cache(lambda k: _held_out(sums, SMOOTHNESS[k]))
+    best = downhill(score, START_INDEX, len(SMOOTHNESS))
+    return score(best), float(SMOOTHNESS[best])
 
 
 def _squares(pixels, block_px):

@@ -230,30 +230,36 @@ def displaced(shape, corners, offsets):
 def shaped(flat, shape):
     """Points (..., 3) of a BoardShape for nominal ones (..., 2), and their derivatives
     by its values, (..., 3, 4)."""
-    r = np.asarray(flat, float) - shape.middle
-    (bend_x, bend_y, twist, stretch), (a, b) = shape.values, shape.half
-    x, y = r[..., 0] / a, r[..., 1] / b
-    z = bend_x * x**2 + bend_y * y**2 + twist * x * y
-    z_by = np.stack([x**2, y**2, x * y], axis=-1)
-    # Parts of H r: 2 / a^2, 1 / (a b) and 2 / b^2 of the bends and the twist.
-    zero = np.zeros_like(x)
-    slope_by = np.stack(
-        [
-            np.stack([2 * x / a, zero, y / a], axis=-1),
-            np.stack([zero, 2 * y / b, x / b], axis=-1),
-        ],
-        axis=-2,
+    flat = np.asarray(flat, float)
+    size = flat.shape[:-1]
+    points, by_values = _shaped(
+        flat.reshape(-1, 2), shape.middle, shape.half, tuple(shape.values)
     )
-    slope = slope_by @ np.array([bend_x, bend_y, twist])
-    wider = r * np.array([stretch / 2, -stretch / 2])
-    points = on_plane(np.asarray(flat, float) + wider - z[..., None] * slope / 3)
-    points[..., 2] = z
-    by_values = np.zeros((*points.shape, 4))
-    by_values[..., :2, :3] = (
-        -(z_by[..., None, :] * slope[..., None] + z[..., None, None] * slope_by) / 3
-    )
-    by_values[..., 2, :3] = z_by
-    by_values[..., 0, 3], by_values[..., 1, 3] = r[..., 0] / 2, -r[..., 1] / 2
+    return points.reshape(*size, 3), by_values.reshape(*size, 3, 4)
+
+
+@numba.njit(cache=True)
+def _shaped(flat, middle, half, values):
+    bend_x, bend_y, twist, stretch = values
+    points, by_values = np.empty((len(flat), 3)), np.zeros((len(flat), 3, 4))
+    for n in range(len(flat)):
+        r = flat[n, 0] - middle[0], flat[n, 1] - middle[1]
+        x, y = r[0] / half[0], r[1] / half[1]
+        z = points[n, 2] = bend_x * x**2 + bend_y * y**2 + twist * x * y
+        z_by = x**2, y**2, x * y
+        # Parts of H r: 2 / a^2, 1 / (a b) and 2 / b^2 of the bends and the twist.
+        slope_by = (
+            (2 * x / half[0], 0.0, y / half[0]),
+            (0.0, 2 * y / half[1], x / half[1]),
+        )
+        for c in range(2):
+            own, sign = slope_by[c], 1 - 2 * c
+            slope = own[0] * bend_x + own[1] * bend_y + own[2] * twist
+            points[n, c] = flat[n, c] + sign * r[c] * stretch / 2 - z * slope / 3
+            by_values[n, c, 3] = sign * r[c] / 2
+            for j in range(3):
+                by_values[n, c, j] = -(z_by[j] * slope + z * own[j]) / 3
+                by_values[n, 2, j] = z_by[j]
     return points, by_values
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -282,36 +283,42 @@ class MovingPupilCamera(NamedFields, Camera):
         return cls(file.nested("lens"), file.numbers("pupil_shift"))
 
 
+@numba.njit(cache=True, error_model="numpy")
 def pupil_heights(angle, shift):
-    """z0 (N,) and dz0/dtheta (N,) at angles (N,) for coefficients (a1, a2, ...)."""
-    descending = np.concatenate([shift[::-1], [0.0]])
+    """z0 and dz0/dtheta, of the shape of the angles, for coefficients (a1, a2, ...)."""
     squared = angle**2
-    value = np.polyval(descending, squared)
-    return value, 2 * angle * np.polyval(np.polyder(descending), squared)
+    value, slope = 0.0 * squared, 0.0 * squared
+    for a in shift[::-1]:
+        slope = slope * squared + value
+        value = value * squared + a
+    return value * squared, 2 * angle * (slope * squared + value)
 
 
-def sight_angles(rho, z, shift):
-    """theta (N,), 0 to pi, at which points rho from the axis at height z are seen.
+@numba.njit(cache=True, error_model="numpy")
+def sight_angle(rho, z, shift):
+    """theta, 0 to pi, at which a point rho from the axis at height z is seen.
 
     Solves (z - z0(theta)) sin theta = rho cos theta by Newton steps from the angle at a
     fixed pupil. Without convergence, the last angle is returned.
     """
-    angle = np.arctan2(rho, z)
-    if not np.any(shift):
-        return angle
-    with np.errstate(all="ignore"):
-        for _ in range(MAX_N_STEPS):
-            z0, slope = pupil_heights(angle, shift)
-            sine, cosine = np.sin(angle), np.cos(angle)
-            miss = (z - z0) * sine - rho * cosine
-            rise = (z - z0) * cosine + rho * sine - slope * sine
-            step = miss / np.where(rise > 0, rise, np.hypot(rho, z))
-            new = np.clip(angle - step, 0.0, math.pi)
-            moved = np.abs(new - angle)
-            angle = new
-            if not np.any(moved > STEP_TOL_RAD + 4e-16 * angle):
-                break
+    angle = math.atan2(rho, z)
+    for _ in range(MAX_N_STEPS if np.any(shift != 0) else 0):
+        z0, slope = pupil_heights(angle, shift)
+        sine, cosine = math.sin(angle), math.cos(angle)
+        miss = (z - z0) * sine - rho * cosine
+        rise = (z - z0) * cosine + rho * sine - slope * sine
+        before = angle
+        angle -= miss / (rise if rise > 0 else math.hypot(rho, z))
+        angle = 0.0 if angle < 0 else math.pi if angle > math.pi else angle
+        if not abs(angle - before) > STEP_TOL_RAD + 4e-16 * angle:
+            break
     return angle
+
+
+@numba.njit(cache=True, error_model="numpy")
+def sight_angles(rho, z, shift):
+    """theta (N,) of points by `sight_angle`."""
+    return np.array([sight_angle(rho[n], z[n], shift) for n in range(len(z))])
 
 
 def _angle(directions):
