@@ -12,6 +12,7 @@ import numpy as np
 from raxel.calibration import (
     BoardView,
     adjust_consistent,
+    calibrate_lens,
     dense_view,
     pose_from_rays,
     relax_centrality,
@@ -105,7 +106,7 @@ def _adjust_grids():
 
 
 def _smooth_rays():
-    """A field of rays on a lens, from boards and from rays of a table."""
+    """Lens formulas and a field of rays, from boards and from rays of a table."""
     places = pose(
         rotation_from_vector([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]]),
         [-60.0, -40.0, DISTANCE_MM],
@@ -114,6 +115,9 @@ def _smooth_rays():
     boards = [
         (CAMERA.project(transform(T, flat)).pixels, BOARD.points()) for T in places
     ]
+    for law in ("kannala-brandt", "unified"):
+        views = [BoardView(*board, BOARD.columns, BOARD.rows) for board in boards]
+        calibrate_lens(views, CAMERA.width, CAMERA.height, law)
     adjust_spline(CAMERA, places, boards, CAMERA.width, CAMERA.height)
     pixels = np.concatenate([found for found, _ in boards])
     return smoothed_rays(

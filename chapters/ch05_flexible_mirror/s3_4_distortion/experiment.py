@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.s3_4_distortion.bust import Bust
 from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
     BENCHES,
@@ -34,14 +35,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from raxel.lab import (
-    BoardRing,
-    Bust,
-    bands,
-    mirror_window,
-    ringed_board_scene,
-    windowed,
-)
+from raxel.lab import BoardRing, bands, mirror_window, ringed_board_scene, windowed
 from raxel.multiview import (
     algebraic_conic,
     circle_outline,

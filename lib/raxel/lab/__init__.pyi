@@ -1,6 +1,5 @@
 from .lighting import Shadow as Shadow
 from .objects import BoardRing as BoardRing
-from .objects import Bust as Bust
 from .objects import ringed_board_scene as ringed_board_scene
 from .optics import Crop as Crop
 from .optics import Optics as Optics
@@ -36,6 +35,7 @@ from .set_rendering import saved as saved
 from .set_rendering import window_of as window_of
 from .surfaces import Disc as Disc
 from .surfaces import Rectangle as Rectangle
+from .surfaces import Relief as Relief
 from .target_poses import Visibility as Visibility
 from .target_poses import outline_of as outline_of
 from .textures import ImageTexture as ImageTexture

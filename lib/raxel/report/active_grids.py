@@ -52,7 +52,8 @@ def pattern_sheet(patterns: Sequence[Pattern], monitor_px: tuple[int, int]) -> F
     n_columns = max(map(len, rows.values()))
     width = WIDTH_IN * n_columns / 4
     high = width / n_columns * monitor_px[1] / monitor_px[0] + 0.3
-    figure = Figure((width, len(rows) * high), dpi=DPI)
+    layout: Any = "none"
+    figure = Figure((width, len(rows) * high), dpi=DPI, layout=layout)
     cells = figure.subplots(len(rows), n_columns, squeeze=False)
     for axes, row in zip(cells, rows.values(), strict=True):
         for each in axes:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from chapters.ch05_flexible_mirror.s3_4_distortion.bust import Bust
 from raxel.cameras.core.base import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import intersect_rays_plane, inverse_pose, on_plane, pose, transform
-from raxel.lab.objects import Bust
 from raxel.multiview.plane_points import (
     facing_plane,
     shown_in_view,
