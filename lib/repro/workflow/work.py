@@ -17,7 +17,8 @@ from repro.run.deciding import judged_with
 from repro.run.jobs import input_hashes
 from repro.run.reach import Reach
 from repro.run.rendered import manifest
-from repro.run.sets_of_report import sets_of_report, target_kind
+from repro.run.sets_of_report import target_kind
+from repro.workflow.image_sets import ImageSets, image_sets
 from repro.workflow.rendering import RenderedSets
 
 GUIDE = "data/recorded/README.md"
@@ -88,6 +89,11 @@ class Work:
     def target_kinds(self) -> dict[str, str]:
         """Set name -> kind of its target."""
         return {n: target_kind(self.root / path) for n, path in self.sets.items()}
+
+    @cached_property
+    def image_sets(self) -> ImageSets:
+        """The image sets that the report calibrates."""
+        return ImageSets(self.root, self.reach, self.sets)
 
     @cached_property
     def rendered(self) -> RenderedSets:
@@ -377,7 +383,7 @@ class Work:
 @cache
 def planned(root: Path, effort: str, trials: int | None, recorded: str) -> Work:
     """Return the work of a build, shared by the command and the rules."""
-    return Work(root, effort, trials, sets_of_report(root, recorded))
+    return Work(root, effort, trials, image_sets(root, recorded))
 
 
 def _one_of(names: Iterable[str]) -> str:

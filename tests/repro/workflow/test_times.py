@@ -30,7 +30,7 @@ def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     rows = {row[0]: row[1:] for row in times.rows_of(tmp_path, "quick")}
     assert rows == {
         "c/s": pytest.approx((7.0, 8.0, 16.0, 31.0, 500.0)),
-        "rendered sets": pytest.approx((64.0, 0, 0, 64.0, 0)),
+        "image sets": pytest.approx((64.0, 0, 0, 64.0, 0)),
         "site": pytest.approx((0, 0, 32.0, 32.0, 0)),
     }
     assert times.main(["--effort", "quick"]) == 0
