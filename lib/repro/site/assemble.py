@@ -122,13 +122,10 @@ def _extra(
     """Downloads: figures, tables, results, pages, the scoreboard, code."""
     base = root / "figures" / effort
     kept: dict[str, Content] = {"scoreboard.json": rows}
-    named = {path.stem for path in pages}
     for path in sorted(base.glob("*")):
-        if path.suffix in SHOWN and _is_of(path, named):
+        if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
-    for path in sorted((base / "results").glob("*.json")):
-        if not _is_of(path, named):
-            continue
+    for path in sorted((base / "results").glob("[!.]*.json")):
         if path.name.endswith(".run.json"):
             kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
         else:
@@ -141,17 +138,6 @@ def _extra(
     kept |= _code(root, known)
     known.keep()
     return kept
-
-
-def _is_of(path: Path, pages: set[str]) -> bool:
-    """Whether a file is of this build: a file of an image set, if the set has a page.
-
-    Images of sets of earlier builds may be private. Unfinished files of killed jobs
-    begin with a dot.
-    """
-    _, at, image_set = path.name.partition("@")
-    own = not at or any(image_set.startswith(f"{name}.") for name in pages)
-    return own and not path.name.startswith(".")
 
 
 def _log(run: Path) -> str:

@@ -128,6 +128,7 @@ def main(argv: list[str] | None = None) -> int:
     folder, name = sys.argv[1:] if argv is None else argv
     out = Path(RESULTS) / name
     shutil.rmtree(out, ignore_errors=True)  # of earlier images
+    out.parent.mkdir(parents=True, exist_ok=True)
     lines = StringIO()
     with redirect_stderr(lines):
         status = cli.main(["calibrate", folder, "--out", str(out)])

@@ -30,7 +30,7 @@ def rows_of(root: Path, effort: str) -> list[tuple]:
             path.relative_to(folder).with_suffix("").as_posix().partition("/")
         )
         made = "experiment" if kind == "result" else kind
-        identifier = name.partition("/")[0].partition("@")[0]
+        identifier = name.partition("/")[0]
         if made in PRODUCED and (made, identifier) not in pages:
             continue  # of a removed producer
         page = pages.get(

@@ -174,7 +174,7 @@ def test_image_sets_have_own_random_streams():
     study = SimpleNamespace(details={"artefact": "ext_0"})
 
     def draws(name):
-        order = jobs.Order(name, "quick", None, None, Path())
+        order = jobs.Order(name, "quick", None, Path())
         return jobs._trials(study, order, PLAN, 0, 1)[1]["0/0/draws"]
 
     assert not np.isin(draws("study@one"), draws("study@two")).any()

@@ -35,11 +35,10 @@ rule page:
         code=KEYS.page,
         effort=WORK.effort,
         source=WORK.page_source,
-        set=WORK.set_option,
     message:
         "page {wildcards.page}"
     shell:
-        "job page/{wildcards.page} repro.page.execute {params.source:q} {params.set} "
+        "job page/{wildcards.page} repro.page.execute {params.source:q} "
         "--effort {params.effort} --out {output.notebook:q} > {log:q} 2>&1"
 
 
