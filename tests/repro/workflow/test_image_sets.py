@@ -43,7 +43,7 @@ def test_sets_of_report_are_all_kinds_with_images(tmp_path):
     write_drawn_set(given / "board", tilts=((0, 0), (25, 0)))
     assert list(image_sets(tmp_path, str(given)))[2:] == ["board", "grid"]
     assert list(image_sets(tmp_path, str(given / "grid")))[2:] == ["grid"]
-    assert len(image_sets(tmp_path, str(own))) == 2
+    assert len(image_sets(tmp_path, str(own / ODD))) == 2
     (given / "board" / "set.yaml").unlink()
     assert sets_in(given / "board") == [given / "board"]
 
