@@ -82,7 +82,7 @@ class Order:
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
     """Run one shard of an experiment into ``out`` (JSON, with an .npz next to it)."""
     with _planned(root, order) as (found, plan):
-        records, arrays, seconds = _trials(found, order, plan, shard, of)
+        records, arrays, seconds = _trials(found, plan, shard, of)
     results.write_arrays(out.with_suffix(".npz"), arrays)
     results.write_json(out, {"records": records, "seconds": seconds})
 
@@ -92,7 +92,7 @@ def whole(
 ) -> None:
     """Run an experiment that is one job into its result file and run record."""
     with _planned(root, order) as (found, plan):
-        records, arrays, seconds = _trials(found, order, plan, 0, 1)
+        records, arrays, seconds = _trials(found, plan, 0, 1)
     _leave(found, order, plan, code, inputs, records, arrays, [seconds], out)
 
 
@@ -125,7 +125,7 @@ def _planned(root: Path, order: Order) -> Iterator[tuple[discover.Producer, Plan
 
 
 def _trials(
-    found: discover.Producer, order: Order, plan: Plan, shard: int, of: int
+    found: discover.Producer, plan: Plan, shard: int, of: int
 ) -> tuple[list[dict], dict[str, np.ndarray], float]:
     """Records and arrays of one shard's trials, and the seconds that they took."""
     start = time.monotonic()

@@ -19,7 +19,7 @@ def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     for path, seconds, more in (
         (folder / "experiment/sweep/0-of-2.json", 1.0, {"peak_mb": 300.0}),
         (folder / "experiment/sweep/1-of-2.json", 2.0, {"peak_mb": 500.0}),
-        (folder / "experiment/sweep@my set.json", 4.0, {}),
+        (folder / "experiment/sweep/2-of-3.json", 4.0, {}),
         (folder / "figure/fig.json", 8.0, {}),
         (folder / "figure/gone.json", 1000.0, {}),
         (folder / "page/c/s.json", 16.0, {"peak_mb": 200.0}),
