@@ -34,7 +34,7 @@ def written(plan, experiment="made_up", effort="full"):
 def plan_of(experiment):
     """The plan of an experiment that reads no other, at full size."""
     found = producer(ROOT, "experiment", experiment)
-    order = Order(experiment, "full", trials=None, set_folder=None, results=ROOT)
+    order = Order(experiment, "full", trials=None, results=ROOT)
     with declared(found.rendered("full")):
         return order.plan(ROOT, found)
 

@@ -170,7 +170,7 @@ def small_checkout(root):
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
     caption = "Residual against noise $\\sigma$."
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
-    about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
+    about = {"caption": caption, "evidence": "synthetic", "results": ["sweep"]}
     about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": ""}
     about |= {"lines": True}
     write_json(base / "fig_2_3.json", about | {"scene": "3-D"})
@@ -178,7 +178,7 @@ def small_checkout(root):
     write_atomic(base / "fig_2_3.html", scene)
     columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
     write_atomic(base / "table_2_1.csv", csv_text(columns))
-    write_json(base / "table_2_1.json", about | {"results": {}, "caption": "Cells."})
+    write_json(base / "table_2_1.json", about | {"results": [], "caption": "Cells."})
     write_json(
         base / "results" / "sweep.json",
         {
@@ -232,7 +232,7 @@ def small_checkout(root):
 
 def odd_page(root, base):
     """A page, a table and a figure for every name of ODD; returns the page's file."""
-    about = {"evidence": "photograph", "results": {}, "scene": "3-D", "lines": False}
+    about = {"evidence": "photograph", "results": [], "scene": "3-D", "lines": False}
     about |= {"source": ["ch02_sample/s6_odd/page.py", "names"]}
     columns = {"name": ODD, "number": [1.0] * len(ODD)}
     texts = {"caption": "; ".join(map(literal, ODD)), "texts": ["name"]}

@@ -27,38 +27,25 @@ def _parser() -> argparse.ArgumentParser:
     for sub in (run, whole, gather):
         sub.add_argument("--effort", choices=("quick", "full"), required=True)
         sub.add_argument("--trials", type=int)
-        sub.add_argument("--set", dest="set_folder")
         sub.add_argument("--results", type=Path, required=True)
-        _add_sets(sub)
     for sub in (whole, gather):
         sub.add_argument("--code", required=True)
     gather.add_argument("--shards", nargs="+", type=Path, required=True)
     for kind in ("figure", "table"):
         draw = command(kind)
         draw.add_argument("--results", type=Path, required=True)
-        _add_sets(draw)
     judge = command("judge")
     judge.add_argument("--effort", choices=("quick", "full"), required=True)
     judge.add_argument("--folder", type=Path, required=True)
-    judge.add_argument("--stem", required=True, help="id of the page in the chapters")
     judge.add_argument("--readings", choices=("open", "all"), default="open")
-    _add_sets(judge)
     books = commands.add_parser("notebooks")
     books.add_argument("pages", nargs="+", type=Path)
     books.add_argument("--out", type=Path, required=True)
     return parser
 
 
-def _add_sets(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--sets", nargs="*", default=[], help="names of this build's image sets"
-    )
-
-
 def _order(a: argparse.Namespace) -> jobs.Order:
-    return jobs.Order(
-        a.name, a.effort, a.trials, a.set_folder, a.results, tuple(a.sets)
-    )
+    return jobs.Order(a.name, a.effort, a.trials, a.results)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -82,11 +69,11 @@ def _run(a: argparse.Namespace, root: Path) -> None:
     elif a.command in ("figure", "table"):
         from repro.page.draw import draw
 
-        draw(root, a.command, a.name, a.results, a.out, a.sets)
+        draw(root, a.command, a.name, a.results, a.out)
     elif a.command == "judge":
         from repro.run.judging import judge
 
-        judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets, a.readings)
+        judge(root, a.name, a.effort, a.folder, a.out, a.readings)
     else:
         from repro.site.notebooks import notebooks
 

@@ -8,7 +8,7 @@
   const query = new URLSearchParams(window.location.search).get("q") || "";
   const words = query.toLowerCase().split(/\s+/).filter(Boolean);
   // Whoever searches wants a page to read: guides before reference.
-  const places = { guides: 2, photographs: -1, api: -3 };
+  const places = { guides: 2, api: -3 };
 
   // Artefacts by their number come first (index), then pages whose title has the words.
   Scorer.score = ([docname, title, , , score, , kind]) => {

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from chapters.shared.general import KINDS, OF_SEEDS, STAGE_ZOOM, ZOOMS, ZoomCase, rig_of
 from chapters.shared.grids import CLICKLESS, OPENCV, OPENCV_SB
-from chapters.shared.images.reading import (
-    MODELS,
-    NAMES,
-    PEER,
-    Study,
-    column,
-    paired,
-    share_with_ray,
-)
 from repro.run import (
-    Estimate,
     Measured,
     Table,
     cell,
@@ -28,69 +17,6 @@ from repro.run import (
     median_interval,
     table,
 )
-
-# Comparison of the image sets of a build.
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One image set and the errors of the models on it.
-
-    errors: {model: median over held-out images, px, with its interval}, empty where no
-    image has both Zhang's and the general camera; with OpenCV's fisheye model where it
-    has any. share: held-out corners with a ray of the general camera; image_share:
-    pixels with such a ray, NaN where there is no such camera.
-    """
-
-    name: str
-    errors: dict[str, Estimate]
-    share: float
-    image_share: float
-
-
-def compared_sets(results):
-    """Return the sets of ``results`` (set name -> Result), by name.
-
-    A set with the same images as an earlier one is excluded, because it would count
-    twice (see `twins`).
-    """
-    again = twins(results)
-    sets = [
-        _compared(name, Study(result))
-        for name, result in results.items()
-        if name not in again
-    ]
-    return sorted(sets, key=lambda one: one.name)
-
-
-def twins(results):
-    """Return {set: earlier set} for sets with identical corners."""
-    first, again = {}, {}
-    for name, result in results.items():
-        key = tuple(sorted(image.corners.tobytes() for image in Study(result).found))
-        if key and key in first:
-            again[name] = first[key]
-        first.setdefault(key, name)
-    return again
-
-
-def _compared(name, study):
-    rows = study.held_out
-    share = share_with_ray(rows, "general") if rows else np.nan
-    return Compared(name, _medians(rows), share, study.fit("general.image_with_ray"))
-
-
-def _medians(rows):
-    pairs = paired(rows, "rms_px")
-    if not len(pairs[0]):
-        return {}
-    found = dict(zip(NAMES, pairs, strict=True))
-    every = np.array([column(rows, "same", m, "rms_px") for m in (*MODELS, PEER)])
-    peers = every[-1, np.isfinite(every).all(axis=0)]
-    if len(peers):
-        found[PEER] = peers
-    return {model: median_interval(values) for model, values in found.items()}
-
 
 # Boards detected correctly and wrongly: rendered sets and real images.
 
@@ -179,6 +105,7 @@ def count_columns(counted):
 
 METHODS = ("parametric", "generic_well_conditioned")
 GENERIC = METHODS[1]
+PEER = "opencv_fisheye"
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 FOVS_DEG = (60, 120, 150)
 NARROW_DEG = FOVS_DEG[0]
@@ -370,14 +297,6 @@ def finite(x, otherwise=FAILED):
     return float(f"{x:.3g}") if np.isfinite(x) else otherwise
 
 
-def photograph_rows(study):
-    """Yield every image set of the build: residual in held-out images."""
-    for one in compared_sets(study):
-        found = [as_cell(one.errors.get(model)) for model in ("zhang", PEER, "general")]
-        shares = (finite(100 * x, None) for x in (one.share, one.image_share))
-        yield ("photographs", one.name, HELD_OUT_PX, *found, *shares)
-
-
 def recorded_rows(kept):
     """Yield five real cameras from the record, which no build recomputes."""
     for condition in kept.conditions:
@@ -422,7 +341,6 @@ def answers(results):
         "table_2_2_redrawn",
         "table_2_2_readings",
         "fig_2_7_smooth",
-        "photograph_study",
         "ext_calibration_record",
         "ext_benchmark_scores",
         "ext_fisheye_scores",
@@ -438,7 +356,6 @@ def ext_methods(results):
         *benchmark_rows(results["ext_benchmark_scores"]),
         *fisheye_rows(results["ext_fisheye_scores"]),
         *recorded_rows(results["ext_calibration_record"]),
-        *photograph_rows(results["photograph_study"]),
     ]
     return Table(columns(COLUMNS, rows), CAPTION + answers(results))
 

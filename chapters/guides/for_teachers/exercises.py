@@ -102,7 +102,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(prog="make answers")
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     effort = parser.parse_args(argv).effort
-    os.environ |= {"RAXEL_EFFORT": effort, "RAXEL_SET": ""}
+    os.environ |= {"RAXEL_EFFORT": effort}
     folder = Path("report", "build", effort, "pages")
     for lesson in lessons(PAGE.read_text("utf-8")):
         write_atomic(FOLDER / f"lesson-{lesson.number}.md", sheet(lesson, folder))

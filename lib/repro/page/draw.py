@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from repro.judge.ledger import load
@@ -12,18 +11,14 @@ from repro.run.as_columns import csv_text, in_numbers, measured
 from repro.run.outcomes import Check, Drawing, Film, Table
 
 
-def draw(
-    root: Path, kind: str, name: str, folder: Path, out: Path, sets: Sequence[str] = ()
-) -> None:
+def draw(root: Path, kind: str, name: str, folder: Path, out: Path) -> None:
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 
-    A figure marked with a scene also writes the scene or its video (html). ``sets`` are
-    the image sets of the build, for artefacts of all sets. Published numbers are passed
-    only here, after the results are computed.
+    A figure marked with a scene also writes the scene or its video (html). Published
+    numbers are passed only here, after the results are computed.
     """
     found = jobs.producer(root, kind, name)
-    read = jobs.results_of(root, found, name, sets)
-    given = [results.opened(folder, read)]
+    given = [results.opened(folder, found.needs)]
     if found.published:
         given.append(load(root).printed(found.published))
     made = jobs.function_of(found)(*given)
@@ -44,7 +39,7 @@ def draw(
             "kind": kind,
             "caption": made.caption,
             "evidence": found.details["evidence"],
-            "results": read,
+            "results": list(found.needs),
             "check": _check(made),
             "lines": lines,
             "scene": _opened(made),

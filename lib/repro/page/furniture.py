@@ -23,8 +23,7 @@ from repro.page.cells import NOTHING
 from repro.page.reader import mark
 from repro.page.templates import part, render
 from repro.page.wording import label, literal
-from repro.run.discover import Producer, producers, result_ids
-from repro.run.sets_of_report import name_of
+from repro.run.discover import Producer, producers
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))
 PRINTED = re.compile(part("printed_mark", "NAME").replace("NAME", '([^"]+)'))
@@ -103,8 +102,7 @@ class Furnisher:
     def block(self, name: str) -> str:
         """The folded block of one artefact, HTML without an empty line."""
         about = json.loads((self.base / f"{name}.json").read_text("utf-8"))
-        identifier = name.partition("@")[0]
-        entry = self.book.artefacts.get(identifier)
+        entry = self.book.artefacts.get(name)
         thesis = self.citation["preferred-citation"]
         first = thesis["authors"][0]
         number = str(entry["section"]) if entry else ""
@@ -112,11 +110,11 @@ class Furnisher:
             "about",
             behind=self.behind(name, about),
             entry=entry,
-            label=label(identifier),
+            label=label(name),
             number=number,
             known=self.sections.get(number),
             original=_original(entry) if entry else (),
-            what=label(identifier) or identifier,
+            what=label(name) or name,
             citation=self.citation,
             thesis=thesis,
             person=f"{first['family-names']}, {first['given-names']}",
@@ -127,38 +125,29 @@ class Furnisher:
 
         ``about`` is the content of its description file.
         """
-        identifier = name.partition("@")[0]
         path, function = about["source"]
-        compared = f"{self.up}scoreboard.html#{identifier}"
+        compared = f"{self.up}scoreboard.html#{name}"
         return Behind(
             command=self._command(name),
             logs=self._logs(name, about),
             source=f"{self.up}source/{path}.html#{function}",
             path=path,
             function=function,
-            comparison=compared if identifier in self.book.artefacts else "",
+            comparison=compared if name in self.book.artefacts else "",
         )
 
     def _command(self, name: str) -> str:
         """The command that makes one artefact."""
         words = ["make", name]
-        own = name.partition("@")[2]
-        recorded = (self.root / "data" / "recorded").glob("*/")
-        if own and own not in map(name_of, recorded):
-            words.append(f"RECORDED=path/to/{own}")
         if self.effort != "full":
             words.append(f"EFFORT={self.effort}")
         return " ".join(words)
 
     def _logs(self, name: str, about: Mapping) -> list[tuple[str, str]]:
         """Address and name of the run record of each experiment that was read."""
-        of_set = f"@{name.partition('@')[2]}"
         return [
-            (
-                f"{self.up}logs/{result}.json",
-                result.removesuffix(of_set).replace("@", " of "),
-            )
-            for result in result_ids(about["results"])
+            (f"{self.up}logs/{result}.json", result)
+            for result in about["results"]
             if (self.base / f"results/{result}.run.json").is_file()
         ]
 

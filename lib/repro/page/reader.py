@@ -26,9 +26,8 @@ from markupsafe import escape
 from repro.page.cells import as_read, is_numeric
 from repro.page.templates import part, render
 from repro.page.wording import label, literal, plain, rounded, unescaped
-from repro.run.discover import page_module, result_ids
+from repro.run.discover import page_module
 from repro.run.results import Result, opened
-from repro.run.sets_of_report import name_of
 
 # Results that this page has opened so far.
 _opened: list[str] = []
@@ -75,21 +74,6 @@ def base() -> Path:
     return checkout() / "figures" / os.environ.get("RAXEL_EFFORT", "full")
 
 
-def image_set() -> Path:
-    """Return the folder of the image set of this page (for pages with one per set)."""
-    given = os.environ.get("RAXEL_SET", "")
-    if not given:
-        raise Missing("this page has no image set; RAXEL_SET names the folder of one")
-    return Path(given)
-
-
-def _identified(identifier: str, folder: Path) -> str:
-    """Return ``identifier``, or its version for this page's image set."""
-    given = os.environ.get("RAXEL_SET", "")
-    own = f"{identifier}@{name_of(Path(given))}" if given else identifier
-    return own if (folder / f"{own}.json").is_file() else identifier
-
-
 def _needed(path: Path, target: str) -> Path:
     if not path.is_file():
         raise Missing(
@@ -102,48 +86,41 @@ def open_results(experiment: str) -> Result:
     """Return the result of an experiment with its trials
     (`repro.run.results.Result`)."""
     folder = base() / "results"
-    name = _identified(experiment, folder)
-    _opened.append(name)
-    return Result(_needed(folder / f"{name}.json", "report"))
+    _opened.append(experiment)
+    return Result(_needed(folder / f"{experiment}.json", "report"))
 
 
 def seconds(experiment: str) -> float:
     """Return the processing time of an experiment, summed over its jobs, seconds."""
     folder = base() / "results"
-    name = _identified(experiment, folder)
-    record = _needed(folder / f"{name}.run.json", "report")
+    record = _needed(folder / f"{experiment}.run.json", "report")
     return float(json.loads(record.read_text("utf-8"))["seconds"])
 
 
-def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
-    """Return the results of which a figure or table was made, as its producer got them.
-
-    Experiment -> Result; for an experiment per image set and an artefact of all sets,
-    experiment -> set name -> Result.
-    """
-    name = _identified(artefact, base())
-    read = _described(name)["results"]
-    _opened.extend(result_ids(read))
+def results_behind(artefact: str) -> dict[str, Result]:
+    """Return the results of which a figure or table was made, experiment ->
+    Result."""
+    read = _described(artefact)["results"]
+    _opened.extend(read)
     return opened(base() / "results", read)
 
 
 def show(artefact: str) -> Shown:
     """Show a regenerated figure with its caption, its data, and its source."""
-    name = _identified(artefact, base())
-    about = _described(name)
-    svg = _needed(base() / f"{name}.svg", artefact)
+    about = _described(artefact)
+    svg = _needed(base() / f"{artefact}.svg", artefact)
     caption = about["caption"]
     alt = f"{label(artefact)} {plain(caption)}".strip()
-    links = _links(name, about, ("svg", "png", "csv"))
-    scene, opens = f"{_up()}figures/{name}.html", about.get("scene")
+    links = _links(artefact, about, ("svg", "png", "csv"))
+    scene, opens = f"{_up()}figures/{artefact}.html", about.get("scene")
     markdown = "\n".join(
         [
             part("anchor", artefact) + "\n",
-            f"::::{{figure}} /_extra/figures/{name}.svg",
-            f":name: {_label_id(name)}",
+            f"::::{{figure}} /_extra/figures/{artefact}.svg",
+            f":name: {artefact}",
             # In quotes, as YAML: a caption may begin with what is special there.
             f":alt: {json.dumps(alt, ensure_ascii=False)}",
-            f":target: {_up()}figures/{name}.svg",
+            f":target: {_up()}figures/{artefact}.svg",
             *([":class: raxel-lines"] if about.get("lines") else []),
             "",
             f"{_titled(artefact, caption)}",
@@ -152,7 +129,7 @@ def show(artefact: str) -> Shown:
             "::::",
             "",
             *([part("opened", scene, alt, opens), ""] if opens else []),
-            mark(name),
+            mark(artefact),
         ]
     )
     data = base64.b64encode(svg.read_bytes()).decode()
@@ -174,9 +151,8 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
     which the table names a printed number gets a placeholder, which
     `repro.page.furniture` fills.
     """
-    name = _identified(artefact, base())
-    about = _described(name)
-    path = _needed(base() / f"{name}.csv", artefact)
+    about = _described(artefact)
+    path = _needed(base() / f"{artefact}.csv", artefact)
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file))
     filled = zip(*rows, strict=True) if rows else [()] * len(head)
@@ -200,14 +176,14 @@ def show_table(artefact: str, digits: int = 4) -> Shown:
         [
             part("anchor", artefact) + "\n",
             f"::::{{table}} {titled}",
-            f":name: {_label_id(name)}",
+            f":name: {artefact}",
             "",
             pipe_table(head, written, numeric),
             "::::",
             "",
-            f":::{{div}} raxel-links\n{_links(name, about, ('csv',))}\n:::",
+            f":::{{div}} raxel-links\n{_links(artefact, about, ('csv',))}\n:::",
             "",
-            mark(name),
+            mark(artefact),
         ]
     )
     page = render(
@@ -375,12 +351,6 @@ def _titled(artefact: str, caption: str) -> str:
     return f"{f'**{name}.** ' if name else ''}{' '.join(caption.split())}"
 
 
-def _label_id(name: str) -> str:
-    """The label of an artefact, unique in the site: that of a set has the set's
-    name."""
-    return name.replace("@", "-of-")
-
-
 def _up() -> str:
     """The path from a page of the site to its top."""
     return "../" * os.environ.get("RAXEL_PAGE", "").count("/")
@@ -391,10 +361,8 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     scene, behind = [], []
     if about.get("scene"):
         scene.append((f"{up}figures/{name}.html", OPENED[about["scene"]]))
-    for result in result_ids(about["results"]):
-        words = result.removesuffix(name[name.find("@") :] if "@" in name else "")
-        words = words.replace("@", " of ")
-        behind.append((f"{up}results/{result}.json", f"every trial: {words}"))
+    for result in about["results"]:
+        behind.append((f"{up}results/{result}.json", f"every trial: {result}"))
     if "source" in about:
         path, function = about["source"]
         behind.append((f"{up}source/{path}.html#{function}", "source"))

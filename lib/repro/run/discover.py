@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -14,7 +13,6 @@ from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
 
-"""The kind of a mirror set, in addition to the kinds of targets of image sets."""
 PAGE_FILE = "page.py"
 
 
@@ -55,12 +53,6 @@ class Producer:
         """Return the rendered sets, ``RIG/SEED``, that an experiment of this size
         opens."""
         return tuple(self.details.get("rendered", {}).get(effort, ()))
-
-    def takes(self, kind: str) -> bool:
-        """Return whether a ``per_set`` producer exists for sets with this kind of
-        target."""
-        per_set = self.details.get("per_set")
-        return per_set is True or kind in (per_set or ())
 
     @property
     def published(self) -> tuple[str, ...]:
@@ -115,39 +107,6 @@ def _producers(root: Path, dated: tuple[tuple[Path, int], ...]) -> list[Producer
             found[key] = producer
     kept.keep()
     return list(found.values())
-
-
-def per_set_experiments(made: Iterable[Producer]) -> set[str]:
-    """Return the ids of the experiments that run once per image set."""
-    return {p.id for p in made if p.kind == "experiment" and p.details.get("per_set")}
-
-
-def results_read(
-    needs: Iterable[str], per_set: set[str], own: str, sets: Iterable[str]
-) -> dict[str, str | dict[str, str]]:
-    """Return the results a producer reads: need -> result id, or set name -> result id.
-
-    An experiment of ``per_set`` has one result per image set. A producer of each set
-    reads the result of its ``own`` set; any other producer reads all of ``sets``.
-    """
-    found: dict[str, str | dict[str, str]] = {}
-    for need in needs:
-        if need not in per_set:
-            found[need] = need
-        elif own:
-            found[need] = f"{need}@{own}"
-        else:
-            found[need] = {name: f"{need}@{name}" for name in sets}
-    return found
-
-
-def result_ids(read: Mapping[str, str | Mapping[str, str]]) -> list[str]:
-    """Return the result ids of `results_read` as a list."""
-    return [
-        identifier
-        for one in read.values()
-        for identifier in ([one] if isinstance(one, str) else one.values())
-    ]
 
 
 def marked_in(sources: Sources, path: Path) -> list[Producer]:

@@ -24,16 +24,15 @@ import numpy as np
 from repro.run import discover, marks, results
 from repro.run.outcomes import Plan
 from repro.run.rendered import declared, manifest
-from repro.run.sets_of_report import set_files
 
 VERSIONS = ("numpy", "scipy", "opencv-python-headless", "matplotlib")
 CODE = (("repro.run.marks", "run_trials"), ("repro.run.results", "gather"))
 
 
 def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
-    """Return the producer of that kind and id (``id@set`` for one per image set)."""
+    """Return the producer of that kind and id."""
     for found in discover.producers(root):
-        if (found.kind, found.id) == (kind, identifier.partition("@")[0]):
+        if (found.kind, found.id) == (kind, identifier):
             return found
     raise LookupError(f"no page makes {kind} {identifier}")
 
@@ -52,18 +51,15 @@ def function_of(found: discover.Producer):
 
 @dataclass(frozen=True)
 class Order:
-    """The experiment to run: name, size, what-if trials, image set if any.
+    """The experiment to run: name, size, what-if trials.
 
-    ``results`` is the folder with the results of other experiments, and ``sets`` are
-    the image sets of the build, for an experiment that reads those of all sets.
+    ``results`` is the folder with the results of other experiments.
     """
 
     name: str
     effort: str
     trials: int | None
-    set_folder: str | None
     results: Path
-    sets: Sequence[str] = ()
 
     def inputs(self, root: Path) -> dict[str, str]:
         """Return `input_hashes` of the experiment and of the manifests of rendered
@@ -71,15 +67,12 @@ class Order:
         found = producer(root, "experiment", self.name)
         names = found.rendered(self.effort)
         sets = {name: _hash_now(root / manifest(name)) for name in names}
-        return input_hashes(root, found, self.set_folder) | sets
+        return input_hashes(root, found) | sets
 
     def plan(self, root: Path, found: discover.Producer) -> Plan:
         """Return the experiment's plan, with the what-if number of trials if one is
         given."""
-        more = [] if self.set_folder is None else [self.set_folder]
-        if found.needs:
-            read = results_of(root, found, self.name, self.sets)
-            more.append(results.opened(self.results, read))
+        more = [results.opened(self.results, found.needs)] if found.needs else []
         plan = function_of(found)(self.effort, *more)
         if self.trials is None:
             return plan
@@ -89,7 +82,7 @@ class Order:
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
     """Run one shard of an experiment into ``out`` (JSON, with an .npz next to it)."""
     with _planned(root, order) as (found, plan):
-        records, arrays, seconds = _trials(found, order, plan, shard, of)
+        records, arrays, seconds = _trials(found, plan, shard, of)
     results.write_arrays(out.with_suffix(".npz"), arrays)
     results.write_json(out, {"records": records, "seconds": seconds})
 
@@ -99,7 +92,7 @@ def whole(
 ) -> None:
     """Run an experiment that is one job into its result file and run record."""
     with _planned(root, order) as (found, plan):
-        records, arrays, seconds = _trials(found, order, plan, 0, 1)
+        records, arrays, seconds = _trials(found, plan, 0, 1)
     _leave(found, order, plan, code, inputs, records, arrays, [seconds], out)
 
 
@@ -132,18 +125,13 @@ def _planned(root: Path, order: Order) -> Iterator[tuple[discover.Producer, Plan
 
 
 def _trials(
-    found: discover.Producer, order: Order, plan: Plan, shard: int, of: int
+    found: discover.Producer, plan: Plan, shard: int, of: int
 ) -> tuple[list[dict], dict[str, np.ndarray], float]:
     """Records and arrays of one shard's trials, and the seconds that they took."""
     start = time.monotonic()
     pairs = marks.shard_pairs(plan, shard, of)
-    records, arrays = marks.run_trials(_seed_name(found, order), plan, pairs)
+    records, arrays = marks.run_trials(found.details["artefact"], plan, pairs)
     return records, arrays, round(time.monotonic() - start, 3)
-
-
-def _seed_name(found: discover.Producer, order: Order) -> str:
-    _, at, set_name = order.name.partition("@")
-    return found.details["artefact"] + at + set_name
 
 
 def _leave(
@@ -181,17 +169,9 @@ def _leave(
     )
 
 
-def input_hashes(
-    root: Path, found: discover.Producer, set_folder: str | None
-) -> dict[str, str]:
-    """Return name -> SHA-256 of the declared inputs, and of the files of the image set.
-
-    A file of a set is named as set.yaml names it, in its folder.
-    """
-    files = {Path(path).name: root / path for path in found.inputs}
-    if set_folder is not None:
-        files |= set_files(root / set_folder)
-    return {name: _hash_now(path) for name, path in files.items()}
+def input_hashes(root: Path, found: discover.Producer) -> dict[str, str]:
+    """Return name -> SHA-256 of the declared inputs."""
+    return {Path(path).name: _hash_now(root / path) for path in found.inputs}
 
 
 def _hash_now(path: Path) -> str:
@@ -202,12 +182,3 @@ def _hash_now(path: Path) -> str:
 def _hash(path: Path, changed: int) -> str:
     """SHA-256 of a file with this modification time; an unchanged one is read once."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def results_of(
-    root: Path, found: discover.Producer, name: str, sets: Sequence[str]
-) -> dict[str, str | dict[str, str]]:
-    """Return the result ids that the producer ``name`` reads:
-    `discover.results_read`."""
-    per_set = discover.per_set_experiments(discover.producers(root))
-    return discover.results_read(found.needs, per_set, name.partition("@")[2], sets)

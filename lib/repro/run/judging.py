@@ -13,31 +13,20 @@ from repro.run.outcomes import Reading
 
 
 def judge(
-    root: Path,
-    page: str,
-    stem: str,
-    effort: str,
-    folder: Path,
-    out: Path,
-    sets: Sequence[str] = (),
-    readings: str = "open",
+    root: Path, page: str, effort: str, folder: Path, out: Path, readings: str = "open"
 ) -> None:
     """Run every claim test of a page, and collect its numbers and artefacts.
 
-    ``stem`` is the id of the chapter file; it differs from that of the page if the file
-    makes one page per image set. ``sets`` are the image sets of the build. ``readings``
-    is "open", or "all" to include settled questions.
+    ``readings`` is "open", or "all" to include settled questions.
     """
-    mine = [p for p in discover.producers(root) if p.page == stem]
+    mine = [p for p in discover.producers(root) if p.page == page]
     claims, numbers, artefacts = {}, {}, {}
     for found in mine:
         evidence = found.details.get("evidence")
-        name = found.id if stem == page else f"{found.id}@{page.rpartition('/')[2]}"
         if found.kind in ("claim", "numbers"):
-            read = jobs.results_of(root, found, name, sets)
-            opened = results.opened(folder / "results", read)
+            opened = results.opened(folder / "results", found.needs)
             function = jobs.function_of(found)
-            data = [f"results/{need}.json" for need in discover.result_ids(read)]
+            data = [f"results/{need}.json" for need in found.needs]
         if found.kind == "claim":
             questions = found.details.get("readings", ())
             known = open_questions(root) if questions else {}
@@ -54,12 +43,12 @@ def judge(
                 for key, value in function(opened).items()
             }
         elif found.kind in ("figure", "table"):
-            described = json.loads((folder / f"{name}.json").read_text("utf-8"))
+            described = json.loads((folder / f"{found.id}.json").read_text("utf-8"))
             endings = ["svg", "png", "csv"] if found.kind == "figure" else ["csv"]
             endings += ["html"] if found.details.get("scene") else []
-            artefacts[name] = {
+            artefacts[found.id] = {
                 "evidence": evidence,
-                "files": [(folder / f"{name}.{e}").as_posix() for e in endings],
+                "files": [(folder / f"{found.id}.{e}").as_posix() for e in endings],
                 "check": described["check"],
             }
     results.write_json(

@@ -20,8 +20,6 @@ from repro.run.outcomes import Plan
 
 ROOT_SEED = 2009
 Producer = TypeVar("Producer", bound=Callable)
-# For no image set, for all, or for those with a target of one of these kinds.
-PerSet = bool | Sequence[str]
 
 
 def _mark(
@@ -43,16 +41,11 @@ def experiment(
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
     rendered: Mapping[str, Sequence[str]] | None = None,
-    per_set: PerSet = False,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment.
 
     ``shards`` is the number of jobs per size, one by default; a job should take about a
-    minute, and the result does not depend on the number. With ``per_set`` (here and
-    below) there is one producer for each image set of the report, or for those whose
-    target has one of the named kinds, the same for all producers of a page; an
-    experiment is called as ``function(effort, folder)``. A producer without it may need
-    such an experiment, and reads a dictionary, set name -> result. With ``needs`` an
+    minute, and the result does not depend on the number. With ``needs`` an
     experiment reads others, as ``function(effort, results)``: for trials that draw
     measurement errors from those found in rendered images. ``rendered`` declares the
     image sets that it opens by `repro.run.rendered.rendered_set`, as {"quick":
@@ -67,7 +60,6 @@ def experiment(
         inputs=inputs,
         needs=needs,
         rendered=rendered or {},
-        per_set=per_set,
     )
 
 
@@ -106,7 +98,6 @@ def figure(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: PerSet = False,
     scene: bool = False,
     published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
@@ -123,7 +114,6 @@ def figure(
         identifier,
         needs=needs,
         evidence=evidence,
-        per_set=per_set,
         scene=scene,
         published=published,
     )
@@ -173,7 +163,6 @@ def table(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: PerSet = False,
     published: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Table`` as the producer of a table.
@@ -181,12 +170,7 @@ def table(
     ``published`` is as for a `figure`.
     """
     return _mark(
-        "table",
-        identifier,
-        needs=needs,
-        evidence=evidence,
-        per_set=per_set,
-        published=published,
+        "table", identifier, needs=needs, evidence=evidence, published=published
     )
 
 
@@ -195,7 +179,6 @@ def claim(
     *,
     needs: Sequence[str] = (),
     evidence: str,
-    per_set: PerSet = False,
     readings: Sequence[str] = (),
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Reading`` as the test of a claim.
@@ -204,25 +187,14 @@ def claim(
     as ``function(results, options)``, once for each combination of their options
     (`repro.judge.readings`), ``options`` being {question: option}.
     """
-    return _mark(
-        "claim",
-        identifier,
-        needs=needs,
-        evidence=evidence,
-        per_set=per_set,
-        readings=readings,
-    )
+    return _mark("claim", identifier, needs=needs, evidence=evidence, readings=readings)
 
 
 def numbers(
-    identifier: str,
-    *,
-    needs: Sequence[str] = (),
-    evidence: str,
-    per_set: PerSet = False,
+    identifier: str, *, needs: Sequence[str] = (), evidence: str
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> {number id: Value}`` for an artefact's numbers."""
-    return _mark("numbers", identifier, needs=needs, evidence=evidence, per_set=per_set)
+    return _mark("numbers", identifier, needs=needs, evidence=evidence)
 
 
 def seed_of(artefact: str, condition: dict, trial: int) -> list[int]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -238,17 +238,6 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
-def opened(
-    folder: Path, read: Mapping[str, str | Mapping[str, str]]
-) -> dict[str, Result | dict[str, Result]]:
-    """Return the results: need -> Result, or set name -> Result."""
-
-    def result(identifier: str) -> Result:
-        return Result(folder / f"{identifier}.json")
-
-    return {
-        need: result(one)
-        if isinstance(one, str)
-        else {name: result(identifier) for name, identifier in one.items()}
-        for need, one in read.items()
-    }
+def opened(folder: Path, experiments: Iterable[str]) -> dict[str, Result]:
+    """Return experiment -> Result."""
+    return {name: Result(folder / f"{name}.json") for name in experiments}

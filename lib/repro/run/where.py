@@ -219,7 +219,7 @@ class Whereabouts:
         module = self._module(self.root / record["path"])
         place = f"{record['path']}:{record['line']}"
         value = PlaceLine("value", place, record["function"])
-        results = {name.partition("@")[0] for name in record["results"]}
+        results = set(record["results"])
         mine = [p for p in self.made if p.kind == "experiment" and p.id in results]
         experiments = self._experiments(mine)
         starts = [(module, record["function"].partition(".")[0])]
@@ -234,7 +234,7 @@ class Whereabouts:
         for one in made:
             folder = base / "results" if one.kind == "experiment" else base
             if one.kind in ("figure", "table", "experiment"):
-                names += sorted(folder.glob(f"{one.id}[.@]*"))
+                names += sorted(folder.glob(f"{one.id}.*"))
             names += [self.root / manifest(name) for name in _rendered(one)]
         return [
             PlaceLine("data", self._at(path, 1), "")

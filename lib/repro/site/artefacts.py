@@ -64,17 +64,15 @@ def artefacts(
     rows = {row["id"]: row for row in board}
     found = []
     for path in base.glob("*.json"):
-        name, identifier = path.stem, path.stem.partition("@")[0]
-        if identifier in known:
+        name = path.stem
+        if name in known:
             about = json.loads(path.read_text("utf-8"))
-            page = _page(name, about)
+            page = _page(about)
             if page in pages:
-                claims = [
-                    rows[c] for c in furnisher.book.claims_of(identifier) if c in rows
-                ]
+                claims = [rows[c] for c in furnisher.book.claims_of(name) if c in rows]
                 found.append(
                     _artefact(
-                        base, name, about, page, rows.get(identifier), claims, furnisher
+                        base, name, about, page, rows.get(name), claims, furnisher
                     )
                 )
     return sorted(
@@ -145,14 +143,13 @@ def _artefact(
     claims: Sequence[Mapping],
     furnisher: Furnisher,
 ) -> Artefact:
-    identifier = name.partition("@")[0]
     drawn = (base / f"{name}.png").is_file()
     head, cells = ([], []) if drawn else preview(base / f"{name}.csv")
     endings = ("svg", "png", "csv") if drawn else ("csv",)
     scene = [(f"figures/{name}.html", about["scene"])] if about.get("scene") else []
     return Artefact(
         name=name,
-        label=label(identifier),
+        label=label(name),
         caption=first_sentence(about["caption"]),
         page=page,
         row=row,
@@ -167,10 +164,9 @@ def _artefact(
     )
 
 
-def _page(name: str, about: Mapping) -> str:
-    """Id of the page of an artefact; a page of an image set has the set's name."""
-    chapter, own = about["source"][0].split("/")[:2]
-    return f"{chapter}/{name.partition('@')[2] or own}"
+def _page(about: Mapping) -> str:
+    """Id of the page of an artefact."""
+    return "/".join(about["source"][0].split("/")[:2])
 
 
 def finding(row: Mapping | None, claims: Sequence[Mapping]) -> str:

@@ -1,7 +1,7 @@
 """Gather the source of the site: its own pages, the executed chapters, the scoreboard.
 
     python -m repro.site.assemble --effort full --pages NB... --scoreboard F --json F
-                                  --out SOURCE
+                                  --sets JSON... --out SOURCE
 
 Sphinx gets one folder with all sources. The guide to image sets is the README of
 `data/recorded`. The pages that depend on the build (the start page, one index per
@@ -53,6 +53,7 @@ def assemble(
     scoreboard: Path,
     rows: Path,
     out: Path,
+    records: Sequence[Path] = (),
 ) -> list[str]:
     """Bring the site's source at ``out`` up to date; return the files touched.
 
@@ -60,11 +61,13 @@ def assemble(
     ----------
     pages : executed notebooks, `.../<chapter>/<page>.ipynb`.
     scoreboard, rows : the scoreboard as a page and as JSON.
+    records : of the calibrated image sets (`repro.workflow.image_sets`).
     """
     furnisher = Furnisher(root, effort, "")
     held = numbered.by_page(furnisher.made, furnisher.book.artefacts)
     chapters = chapters_of(root, pages, held)
     board = json.loads(rows.read_text("utf-8"))
+    sets = {path: json.loads(path.read_text("utf-8")) for path in records}
     own = files_below(root / "report" / "source")
     wanted: dict[str, Content] = {
         name: path for name, path in own.items() if not name.endswith(".jinja")
@@ -72,18 +75,22 @@ def assemble(
     for path in pages:
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
-    wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
     names = [page.name for page in documents(chapters)]
     found = artefacts.artefacts(furnisher, names, board)
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters], furnisher.book.artefacts
     )
-    wanted |= _filled(root, effort, chapters, board)
+    wanted |= _filled(root, effort, chapters, board, list(sets.values()))
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= library_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
+    }
+    wanted |= {
+        f"_extra/sets/{one['name']}/{file}": path.with_suffix("") / file
+        for path, one in sets.items()
+        for file in one["files"]
     }
     wanted["site.json"] = json.dumps(
         {
@@ -115,13 +122,10 @@ def _extra(
     """Downloads: figures, tables, results, pages, the scoreboard, code."""
     base = root / "figures" / effort
     kept: dict[str, Content] = {"scoreboard.json": rows}
-    named = {path.stem for path in pages}
     for path in sorted(base.glob("*")):
-        if path.suffix in SHOWN and _is_of(path, named):
+        if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
-    for path in sorted((base / "results").glob("*.json")):
-        if not _is_of(path, named):
-            continue
+    for path in sorted((base / "results").glob("[!.]*.json")):
         if path.name.endswith(".run.json"):
             kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
         else:
@@ -134,17 +138,6 @@ def _extra(
     kept |= _code(root, known)
     known.keep()
     return kept
-
-
-def _is_of(path: Path, pages: set[str]) -> bool:
-    """Whether a file is of this build: a file of an image set, if the set has a page.
-
-    Images of sets of earlier builds may be private. Unfinished files of killed jobs
-    begin with a dot.
-    """
-    _, at, image_set = path.name.partition("@")
-    own = not at or any(image_set.startswith(f"{name}.") for name in pages)
-    return own and not path.name.startswith(".")
 
 
 def _log(run: Path) -> str:
@@ -170,7 +163,11 @@ def _code(root: Path, known: Kept) -> dict[str, Content]:
 
 
 def _filled(
-    root: Path, effort: str, chapters: Sequence[Chapter], board: list[dict]
+    root: Path,
+    effort: str,
+    chapters: Sequence[Chapter],
+    board: list[dict],
+    sets: Sequence[Mapping],
 ) -> dict[str, str]:
     """The pages from templates; an unknown name in one is an error."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -194,8 +191,13 @@ def _filled(
         "quote": Quotable(root / "figures" / effort),
         "built": {page.name for page in documents(chapters)},
         "table": chapter_table(board, chapters),
+        "sets": sets,
     }
+    guide = (root / "data" / "recorded" / "README.md").read_text("utf-8")
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
+    filled["your_photographs.md"] = guide + templates.get_template(
+        "sets.md.jinja"
+    ).render(known)
     for chapter in chapters:
         filled[f"{chapter.folder}/index.md"] = templates.get_template(
             "chapter.md.jinja"
@@ -231,10 +233,11 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pages", nargs="*", type=Path, default=[])
     parser.add_argument("--scoreboard", type=Path, required=True)
     parser.add_argument("--json", type=Path, required=True)
+    parser.add_argument("--sets", nargs="*", type=Path, default=[])
     parser.add_argument("--out", type=Path, required=True)
     a = parser.parse_args(argv)
     try:
-        assemble(Path.cwd(), a.effort, a.pages, a.scoreboard, a.json, a.out)
+        assemble(Path.cwd(), a.effort, a.pages, a.scoreboard, a.json, a.out, a.sets)
     except PageError as error:
         print(error, file=sys.stderr)
         return 1

@@ -13,7 +13,6 @@ from pathlib import Path
 from repro.judge.scoreboard import natural
 from repro.page.notebook import PageError
 from repro.page.wording import literal, plain
-from repro.run.discover import PAGE_FILE
 from repro.site import numbered
 
 GUIDES = "guides"
@@ -74,20 +73,16 @@ def chapters_of(
     ]
 
 
-def _place(root: Path, page: Document) -> tuple:
+def _place(page: Document) -> tuple:
     """Sort key in a chapter: by the section that the title begins with.
 
     Pages of one section are sorted by the numbers of their artefacts; pages without
-    artefacts follow by name. Pages without a section follow all of them, and those of
-    image sets are last.
+    artefacts follow by name. Pages without a section follow all of them.
     """
-    file = root / "chapters" / page.name / PAGE_FILE
     section = re.match(r"[0-9A-Z](\.[0-9]+)+", page.title)
     number = natural(section[0]) if section else []
     first = natural(page.held[0]) if page.held else []
-    return (
-        not file.is_file(), not section, number, not first, first, natural(page.name),
-    )  # fmt: skip
+    return not section, number, not first, first, natural(page.name)
 
 
 def _order(folder: str) -> tuple:
@@ -105,7 +100,7 @@ def _chapter(root: Path, folder: str, pages: list[Document]) -> Chapter:
             f"{path}: no docstring; give the chapter's title in its first line"
         )
     title, _, intro = text.partition("\n")
-    documents = sorted(pages, key=lambda page: _place(root, page))
+    documents = sorted(pages, key=_place)
     return Chapter(folder, title.strip().rstrip("."), intro.strip(), tuple(documents))
 
 

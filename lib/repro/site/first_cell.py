@@ -19,7 +19,7 @@ class CannotRun(Exception):
         return [str(self)]
 
 
-def begin(effort, page, image_set):
+def begin(effort, page):
     """Change to the checkout, use only its code, and select the build to read."""
     root = find_checkout()
     lacking = [name for name in NEEDED if importlib.util.find_spec(name) is None]
@@ -36,7 +36,7 @@ def begin(effort, page, image_set):
     os.chdir(root)
     for folder in (root, root / "lib"):
         sys.path[:] = [str(folder), *(p for p in sys.path if p != str(folder))]
-    os.environ.update(RAXEL_EFFORT=effort, RAXEL_PAGE=page, RAXEL_SET=image_set)
+    os.environ.update(RAXEL_EFFORT=effort, RAXEL_PAGE=page)
 
 
 def find_checkout():

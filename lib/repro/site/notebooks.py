@@ -46,7 +46,7 @@ def workable(page: Path) -> str:
     """
     notebook = nbformat.read(page, as_version=4)
     about = notebook.metadata["raxel"]
-    call = f"begin({about['effort']!r}, {about['page']!r}, {about['set']!r})"
+    call = f"begin({about['effort']!r}, {about['page']!r})"
     cell = new_code_cell(
         f"{inspect.getsource(first_cell).rstrip()}\n\n\n{call}",
         id="first-cell",

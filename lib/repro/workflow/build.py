@@ -13,19 +13,13 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.run.sets_of_report import (
-    faulty_sets,
-    folders_of_sets,
-    mirror_sets_without_page,
-    name_of,
-)
 from repro.workflow.forks import warm_jobs
+from repro.workflow.image_sets import sets_in
 from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
 from repro.workflow.terminal import say
@@ -74,7 +68,6 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         _bring_photographs(root)
     planned.cache_clear()  # of an earlier build in the same process
     work = planned(root, options.effort, trials, recorded)
-    _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
     drop_damaged(work)
     _drop_judgements_of_gone_pages(work)
@@ -114,32 +107,8 @@ def _snakemake(words: list[str]) -> bool:
         return args_to_api(settings, parser)
 
 
-def _mind_faulty_sets(work: Work, target: str) -> None:
-    """Stop a command that needs an invalid set; warn before any other."""
-    faults = faulty_sets(work.root)
-    own = {name_of(folder): fault for folder, fault in faults.items()}
-    of_set = own.get(target.partition("@")[2])
-    if of_set or (faults and _shows_sets(work, target)):
-        raise OrderError(of_set or "; ".join(faults.values()))
-    for fault in faults.values():
-        say(f"left out: {fault}")
-
-
-def _shows_sets(work: Work, target: str) -> bool:
-    """Whether a command makes something of every image set."""
-    if target in WHOLE:
-        return True
-    built = _built(work, target)
-    return any(
-        need in work.per_set
-        for (_, identifier), producer in work.producers.items()
-        if identifier in built and "@" not in identifier
-        for need in producer.needs
-    )
-
-
 def _drop_judgements_of_gone_pages(work: Work) -> None:
-    """Remove judged files of renamed pages, and of sets without a page."""
+    """Remove judged files of renamed pages."""
     folder = work.root / work.base / "judged"
     kept = {work.root / path for path in work.judged()}
     for path in folder.rglob("*.json"):
@@ -148,27 +117,16 @@ def _drop_judgements_of_gone_pages(work: Work) -> None:
 
 
 def _checked_recorded(given: str) -> str:
-    """An absolute folder that is a set or contains sets, each validated by the
-    library."""
+    """An absolute folder that is an image set or contains some."""
     if not given:
         return ""
     folder = Path(given).expanduser()
     if not folder.is_dir():
         raise OrderError(f"RECORDED={given}: no such folder; name an image set")
-    for line in mirror_sets_without_page(folder).values():
-        raise OrderError(line)
-    sets = folders_of_sets(folder)
-    if not sets:
+    if not sets_in(folder):
         raise OrderError(
-            f"RECORDED={given}: no set.yaml in it; see data/recorded/README.md"
+            f"RECORDED={given}: no images in it; see data/recorded/README.md"
         )
-    for path in sets:
-        checked = subprocess.run(
-            [sys.executable, "-m", "raxel", "check", str(path)],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        if checked.returncode:
-            raise OrderError(checked.stderr.strip())
     return str(folder.resolve())
 
 
@@ -232,17 +190,6 @@ def _unknown(target: str, made: list[str]) -> str:
     return f"{target}: no such figure or table; {hint}"
 
 
-def _built(work: Work, target: str) -> set[str]:
-    """Ids of the experiments, figures and tables that a command updates."""
-    if _is_chapter(target):
-        made = work.producers.items()
-        wanted = {i for (_, i), p in made if _in_chapter(p.page, target)}
-    else:
-        wanted = {target}
-    needed = (work.needed(k, i) for k, i in work.producers if i in wanted)
-    return wanted.union(*needed)
-
-
 def _ages(root: Path, targets: list[str]) -> list[int]:
     paths = [root / target for target in targets]
     return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
@@ -265,6 +212,9 @@ def _say_where(work: Work, targets: list[str], changed: bool) -> None:
                 path = path.with_suffix(ending)
                 break
         say(f"{what}Look at {path}")
+    if work.site_done in targets:
+        for message in work.image_sets.messages():
+            say(message)
 
 
 @contextmanager

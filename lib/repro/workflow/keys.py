@@ -75,7 +75,7 @@ class CodeKeys:
 
     def page(self, wildcards) -> str:
         """Return the key over the code that a page's cells can call."""
-        module = discover.page_module(self._work.pages[wildcards.page].stem)
+        module = discover.page_module(wildcards.page)
         return self._work.reach.key(
             (module, "*"), ("repro.page.execute", "*"), ("repro.page.reader", "*")
         )

@@ -20,7 +20,7 @@ COLUMNS = ("page", "experiments (s)", "drawn (s)", "rest (s)", "all (s)", "peak 
 
 
 def rows_of(root: Path, effort: str) -> list[tuple]:
-    """Return rows of `COLUMNS`: one for each page, the rendered sets, scoreboard and
+    """Return rows of `COLUMNS`: one for each page, the image sets, scoreboard and
     site."""
     folder = root / "figures" / effort / "times"
     pages = {(p.kind, p.id): p.page for p in producers(root)}
@@ -30,7 +30,7 @@ def rows_of(root: Path, effort: str) -> list[tuple]:
             path.relative_to(folder).with_suffix("").as_posix().partition("/")
         )
         made = "experiment" if kind == "result" else kind
-        identifier = name.partition("/")[0].partition("@")[0]
+        identifier = name.partition("/")[0]
         if made in PRODUCED and (made, identifier) not in pages:
             continue  # of a removed producer
         page = pages.get(
@@ -39,7 +39,7 @@ def rows_of(root: Path, effort: str) -> list[tuple]:
         column = {"experiment": 0, "figure": 1, "table": 1}.get(made, 2)
         _add(sums[page], column, path)
     for path in sorted((root / SET_TIMES).rglob("*.json")):
-        _add(sums["rendered sets"], 0, path)
+        _add(sums["image sets"], 0, path)
     return [(page, *s[:3], sum(s[:3]), s[3]) for page, s in sorted(sums.items())]
 
 

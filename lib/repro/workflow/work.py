@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import shlex
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -17,7 +15,7 @@ from repro.run.deciding import judged_with
 from repro.run.jobs import input_hashes
 from repro.run.reach import Reach
 from repro.run.rendered import manifest
-from repro.run.sets_of_report import sets_of_report, target_kind
+from repro.workflow.image_sets import ImageSets, image_sets
 from repro.workflow.rendering import RenderedSets
 
 GUIDE = "data/recorded/README.md"
@@ -28,15 +26,6 @@ VIEWER = (
 )
 ERRATA = "data/published/errata.md"
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
-
-
-@dataclass(frozen=True)
-class Page:
-    """A page of the report: chapter file, the file's id, and image set if any."""
-
-    path: Path
-    stem: str
-    set: str
 
 
 class Work:
@@ -67,27 +56,13 @@ class Work:
 
     @cached_property
     def producers(self) -> dict[tuple[str, str], discover.Producer]:
-        """Return (kind, id) -> producer; a producer per set has one entry for each
-        set."""
-        found = {}
-        for producer in self.made:
-            for name in self._expanded(producer):
-                found[producer.kind, name] = producer
-        return found
-
-    def _expanded(self, producer: discover.Producer) -> list[str]:
-        if not producer.details.get("per_set"):
-            return [producer.id]
-        return [f"{producer.id}@{name}" for name in self._sets_of(producer)]
-
-    def _sets_of(self, producer: discover.Producer) -> list[str]:
-        """The sets of a producer: all, or those of its kinds of target."""
-        return [n for n, kind in self.target_kinds.items() if producer.takes(kind)]
+        """Return (kind, id) -> producer."""
+        return {(producer.kind, producer.id): producer for producer in self.made}
 
     @cached_property
-    def target_kinds(self) -> dict[str, str]:
-        """Set name -> kind of its target."""
-        return {n: target_kind(self.root / path) for n, path in self.sets.items()}
+    def image_sets(self) -> ImageSets:
+        """The image sets that the report calibrates."""
+        return ImageSets(self.root, self.reach, self.sets)
 
     @cached_property
     def rendered(self) -> RenderedSets:
@@ -95,32 +70,16 @@ class Work:
         return RenderedSets(self.root, self.reach, self.made, self.effort)
 
     @cached_property
-    def pages(self) -> dict[str, Page]:
-        """Return page id -> page; a chapter file with per-set producers makes one per
-        set."""
-        per_set = {
-            p.page: self._sets_of(p) for p in self.made if p.details.get("per_set")
+    def pages(self) -> dict[str, Path]:
+        """Return page id -> chapter file."""
+        return {
+            discover.page_id(self.root, path): path
+            for path in discover.page_files(self.root)
         }
-        pages = {}
-        for path in discover.page_files(self.root):
-            stem = discover.page_id(self.root, path)
-            if stem not in per_set:
-                pages[stem] = Page(path, stem, "")
-                continue
-            for name in per_set[stem]:
-                pages[f"{Path(stem).parent.as_posix()}/{name}"] = Page(path, stem, name)
-        return pages
 
     def of_page(self, page: str, *kinds: str) -> list[str]:
         """Ids of the page's producers of the given kinds."""
-        wanted = self.pages[page]
-        return [
-            identifier
-            for (kind, identifier), producer in self.producers.items()
-            if producer.page == wanted.stem
-            and kind in kinds
-            and identifier.partition("@")[2] == wanted.set
-        ]
+        return [p.id for p in self.made if p.page == page and p.kind in kinds]
 
     # Files
 
@@ -151,11 +110,7 @@ class Work:
         return self.producers["experiment", name].shards(self.effort)
 
     def inputs(self, wildcards) -> list[str]:
-        """Return the files that an experiment reads: results of others, and its inputs.
-
-        Files of an image set are not included, because Snakemake would take a `{` in a
-        user's file name for a wildcard. `input_key` covers them.
-        """
+        """Return the results and the inputs that an experiment reads."""
         producer = self.producers["experiment", wildcards.experiment]
         declared = list(producer.inputs)
         sets = map(manifest, producer.rendered(self.effort))
@@ -166,18 +121,10 @@ class Work:
 
     def input_key(self, wildcards) -> str:
         """Return the hash over names and content of all inputs except results."""
-        name = wildcards.experiment.partition("@")[2]
         producer = self.producers["experiment", wildcards.experiment]
-        found = input_hashes(self.root, producer, self.sets[name] if name else None)
+        found = input_hashes(self.root, producer)
         text = json.dumps(found, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-    def set_option(self, wildcards) -> str:
-        """Return `--set FOLDER` for a producer or page per set."""
-        page = wildcards.get("page")
-        identifier = wildcards.get("experiment") or wildcards.get("artefact") or ""
-        name = self.pages[page].set if page else identifier.partition("@")[2]
-        return f"--set {shlex.quote(self.sets[name])}" if name else ""
 
     def pattern(self, kind: str, scene: bool = False) -> str:
         """Return a wildcard constraint: the artefacts of one kind, with a scene or not.
@@ -190,13 +137,9 @@ class Work:
             if of_kind == kind and bool(producer.details.get("scene")) == scene
         )
 
-    def page_stem(self, wildcards) -> str:
-        """Id of a page's chapter file."""
-        return self.pages[wildcards.page].stem
-
     def page_source(self, wildcards) -> str:
         """Chapter file of a page."""
-        return self.pages[wildcards.page].path.relative_to(self.root).as_posix()
+        return self.pages[wildcards.page].relative_to(self.root).as_posix()
 
     def result_files(self, kind: str):
         """Input function: the results that a figure or table reads."""
@@ -206,63 +149,9 @@ class Work:
 
         return files
 
-    def needed(self, kind: str, identifier: str) -> list[str]:
-        """Ids of the experiments that a producer reads, with their sets."""
-        name = identifier.partition("@")[2]
-        needs = self.producers[kind, identifier].needs
-        return discover.result_ids(
-            discover.results_read(needs, self.per_set, name, self._sets_read(needs))
-        )
-
     def _result_files(self, kind: str, identifier: str) -> list[str]:
-        return [f"{self.base}/results/{n}.json" for n in self.needed(kind, identifier)]
-
-    @cached_property
-    def per_set(self) -> set[str]:
-        """Ids of the experiments that run once per image set."""
-        return discover.per_set_experiments(self.made)
-
-    def sets_option(self, kind: str):
-        """Parameter function: `--sets NAME...` for what reads a result of every set.
-
-        Jobs need the list, because results of earlier builds' sets may exist.
-        """
-
-        def option(wildcards) -> str:
-            identifier = wildcards.get("artefact") or wildcards.experiment
-            return self._sets_option([(kind, identifier)])
-
-        return option
-
-    def judge_sets(self, wildcards) -> str:
-        """`--sets NAME...` where a judgement of the page reads every set."""
-        page = wildcards.page
-        kinds = ("claim", "numbers")
-        return self._sets_option([(k, i) for k in kinds for i in self.of_page(page, k)])
-
-    def _sets_option(self, made: list[tuple[str, str]]) -> str:
-        needs = [
-            need
-            for kind, identifier in made
-            if "@" not in identifier
-            for need in self.producers[kind, identifier].needs
-            if need in self.per_set
-        ]
-        return f"--sets {shlex.join(self._sets_read(needs))}".strip() if needs else ""
-
-    def _sets_read(self, needs: Iterable[str]) -> list[str]:
-        """The sets of all these experiments."""
-        made = [
-            producer
-            for producer in self.made
-            if producer.kind == "experiment"
-            and producer.id in set(needs) & self.per_set
-        ]
-        return [
-            name
-            for name, kind in self.target_kinds.items()
-            if all(producer.takes(kind) for producer in made)
-        ]
+        needs = self.producers[kind, identifier].needs
+        return [f"{self.base}/results/{name}.json" for name in needs]
 
     def scene_inputs(self, wildcards) -> list[str]:
         """Return the inputs of a figure with a scene: results, and the viewer's
@@ -317,19 +206,18 @@ class Work:
         """Files of the chapters, and the README with the build times, for a page with
         `READS_PAGES = True`.
         """
-        text = self.pages[page].path.read_text("utf-8")
+        text = self.pages[page].read_text("utf-8")
         if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
             return []
-        files = {p.path.relative_to(self.root).as_posix() for p in self.pages.values()}
+        files = {p.relative_to(self.root).as_posix() for p in self.pages.values()}
         parts = "chapters/ch", "chapters/appendix_"
         chapters = sorted(name for name in files if name.startswith(parts))
         return [*chapters, "README.md"]
 
     def judged_with(self, page: str) -> list[str]:
         """Return the page's judged file, and those that decide on its artefacts."""
-        stem = self.pages[page].stem
-        others = judged_with(self.made, stem, self.published)[1:]
-        return [f"{self.base}/judged/{name}.json" for name in (page, *others)]
+        pages = judged_with(self.made, page, self.published)
+        return [f"{self.base}/judged/{name}.json" for name in pages]
 
     @cached_property
     def published(self) -> Ledger:
@@ -377,7 +265,7 @@ class Work:
 @cache
 def planned(root: Path, effort: str, trials: int | None, recorded: str) -> Work:
     """Return the work of a build, shared by the command and the rules."""
-    return Work(root, effort, trials, sets_of_report(root, recorded))
+    return Work(root, effort, trials, image_sets(root, recorded))
 
 
 def _one_of(names: Iterable[str]) -> str:

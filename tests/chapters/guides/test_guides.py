@@ -78,7 +78,6 @@ def results():
         "fig_2_2_error": result("fig_2_2_error", {"grids": "apart"}, wrong),
         "ext_benchmark_scores": result("scores", {}, [rig_scores()]),
         "ext_fisheye_scores": result("fisheye", {}, list(fisheye_cases())),
-        "photograph_study": {},
         **of_opencv(),
         "ext_calibration_record": written(plan_of("ext_calibration_record")),
     }
@@ -344,7 +343,7 @@ def test_changed_chapter_page_rebuilds_the_teachers_page():
     work = Work(ROOT, "quick", None, {})
     read = work.pages_read("guides/for_teachers")
     assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
-    assert not any("guides" in name or "photographs" in name for name in read)
+    assert not any("guides" in name for name in read)
     assert "chapters/appendix_a/phase_and_harmonics/page.py" in read
     assert "README.md" in read
     assert work.pages_read("guides/choose_a_method") == []
@@ -363,7 +362,6 @@ def test_seconds_are_read_from_the_run_record(tmp_path, monkeypatch):
     record.write_text('{"seconds": 12.5, "jobs": 2}')
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RAXEL_EFFORT", "quick")
-    monkeypatch.delenv("RAXEL_SET", raising=False)
     assert reader.seconds("fig_9_9") == 12.5
     with pytest.raises(reader.Missing, match="make report"):
         reader.seconds("fig_9_8")

@@ -15,23 +15,16 @@ from tests.small_checkouts import ROOT
 
 @pytest.fixture
 def furnisher(tmp_path):
-    """Furniture of a page of a checkout with two artefacts, one of an image set."""
+    """Furniture of a page of a checkout with two artefacts."""
     shutil.copytree(ROOT / "data" / "published", tmp_path / "data" / "published")
     shutil.copy(ROOT / "CITATION.cff", tmp_path)
     results = tmp_path / "figures" / "full" / "results"
     results.mkdir(parents=True)
     about = {"source": ["ch02_x/s5_page/figures.py", "draw"]}
-    of_all = {"sweep": {name: f"sweep@{name}" for name in ("my-set", "other")}}
-    for name, read in (
-        ("fig_2_6", {"sweep": "sweep"}),
-        ("ext_corners@my-set", {"sweep": "sweep@my-set"}),
-        ("ext_all", of_all),
-    ):
-        described = json.dumps(about | {"results": read})
+    described = json.dumps(about | {"results": ["sweep", "no_record"]})
+    for name in ("fig_2_6", "ext_corners"):
         (results.parent / f"{name}.json").write_text(described)
-    for name in ("sweep", "sweep@my-set", "sweep@other"):
-        (results / f"{name}.json").write_text("{}")
-        (results / f"{name}.run.json").write_text('{"seconds": 70.2}')
+    (results / "sweep.run.json").write_text('{"seconds": 70.2}')
     return Furnisher(tmp_path, "full", "ch02_x/s5_page")
 
 
@@ -50,19 +43,12 @@ def test_original_axes_are_described(furnisher):
     assert "\n\n" not in block
 
 
-def test_extension_of_set_has_log_of_set(furnisher):
-    block = furnisher.block("ext_corners@my-set")
+def test_block_of_extension_has_no_original(furnisher):
+    block = furnisher.block("ext_corners")
     assert "In the thesis" not in block
-    assert 'href="../logs/sweep@my-set.json" title="log of sweep">log</a>' in block
+    assert block.count("../logs/") == block.count("../logs/sweep.json") == 1
     assert "comparison" not in block
     assert "version 0.1.0, ext_corners." in block
-
-
-def test_artefact_of_all_sets_has_all_logs(furnisher):
-    block = furnisher.block("ext_all")
-    for name in ("my-set", "other"):
-        address = f'href="../logs/sweep@{name}.json" title="log of sweep of {name}"'
-        assert f"{address}>sweep of {name}</a>" in block
 
 
 def test_block_has_command_time_and_comparison(furnisher):
@@ -71,10 +57,6 @@ def test_block_has_command_time_and_comparison(furnisher):
     assert 'href="../scoreboard.html#fig_2_6">comparison</a>' in block
     quick = Furnisher(furnisher.root, "quick", "")
     assert quick._command("fig_2_6") == "make fig_2_6 EFFORT=quick"
-    own = "make ext_corners@my-set"
-    assert furnisher._command("ext_corners@my-set") == f"{own} RECORDED=path/to/my-set"
-    (furnisher.root / "data" / "recorded" / "my set").mkdir(parents=True)
-    assert furnisher._command("ext_corners@my-set") == own
 
 
 def test_placeholder_is_replaced_by_block(furnisher):

@@ -6,7 +6,6 @@ from matplotlib.colors import to_rgb
 
 from chapters.ch04_central_generic.s1_4_bundle_adjustment import report as adjustment
 from chapters.ch04_central_generic.s2_pose.experiment import NAMES as ESTIMATORS
-from chapters.shared.images.reading import EVERY
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.methods import NAMES as CALIBRATIONS
 from repro.page import style
@@ -38,7 +37,7 @@ def test_method_colours_contrast_with_white():
 
 
 @pytest.mark.parametrize(
-    "names", [CALIBRATIONS, LINEAR_NAMES, ESTIMATORS, EVERY, adjustment.TITLES]
+    "names", [CALIBRATIONS, LINEAR_NAMES, ESTIMATORS, adjustment.TITLES]
 )
 def test_compared_methods_have_looks(names):
     assert [name for name in names.values() if name not in LOOKS] == []

@@ -27,14 +27,14 @@ def test_page_runs_without_home_and_kernel(page, tmp_path, monkeypatch):
     text = (
         "# %% [markdown]\n# # T\n\n# %% tags=['active-ipynb']\n"
         "# import os, sys\n"
-        "# print(os.getcwd(), os.environ['RAXEL_SET'], sys.executable)\n"
+        "# print(os.getcwd(), os.environ['RAXEL_PAGE'], sys.executable)\n"
     )
     out = folder / "pages" / "ch02_sample" / "s1.ipynb"
-    assert run(page(text), out, "--set", "x/my set") == 0
+    assert run(page(text), out) == 0
     first = out.read_bytes()
     printed = nbformat.read(out, 4).cells[1].outputs[0].text.strip()
-    assert printed == f"{folder} x/my set {os.sys.executable}"
-    assert run(page(text), out, "--set", "x/my set") == 0
+    assert printed == f"{folder} ch02_sample/s1 {os.sys.executable}"
+    assert run(page(text), out) == 0
     assert out.read_bytes() == first
     assert sorted(path.name for path in folder.iterdir()) == [".cache", "pages"]
 

@@ -3,7 +3,6 @@
 import csv
 import json
 import string
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -23,50 +22,33 @@ MYST = create_md_parser(MdParserConfig(enable_extensions=EXTENSIONS), RendererHT
 
 @pytest.fixture
 def built(tmp_path, monkeypatch):
-    """A checkout with one table made for two image sets, of which one is empty."""
+    """A checkout with two tables, of which one is empty."""
     for folder in ("chapters", "data/published", "figures/quick"):
         (tmp_path / folder).mkdir(parents=True)
     for name, rows in (("one", "left.jpg,54\n"), ("two", "")):
-        (tmp_path / "sets" / name).mkdir(parents=True)
-        stem = tmp_path / "figures" / "quick" / f"ext_images@{name}"
+        stem = tmp_path / "figures" / "quick" / f"ext_images_{name}"
         stem.with_suffix(".csv").write_text("Photograph,Corners\n" + rows)
-        about = {"caption": "Photographs.", "results": {}, "evidence": "photograph"}
+        about = {"caption": "Photographs.", "results": [], "evidence": "photograph"}
         stem.with_suffix(".json").write_text(json.dumps(about))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RAXEL_EFFORT", "quick")
-    monkeypatch.setenv("RAXEL_PAGE", "photographs/one")
+    monkeypatch.setenv("RAXEL_PAGE", "ch02_x/one")
     return tmp_path
 
 
-def shown(built: Path, name: str, monkeypatch) -> str:
-    monkeypatch.setenv("RAXEL_SET", str(built / "sets" / name))
-    return reader.show_table("ext_images").markdown
-
-
-def test_table_of_two_sets_has_two_labels(built, monkeypatch):
-    labels = [
-        line
-        for name in ("one", "two")
-        for line in shown(built, name, monkeypatch).splitlines()
-        if line.startswith(":name:")
-    ]
-    assert (len(labels), len(set(labels))) == (2, 2)
-
-
 @pytest.mark.parametrize(("name", "cells"), [("one", 2), ("two", 0)])
-def test_table_without_rows_is_valid(built, monkeypatch, name, cells):
-    text = shown(built, name, monkeypatch)
+def test_table_without_rows_is_valid(built, name, cells):
+    text = reader.show_table(f"ext_images_{name}").markdown
     table = "\n".join(line for line in text.splitlines() if line.startswith("|"))
     tokens = [token.type for token in _parsed(table)]
     assert (tokens.count("table_open"), tokens.count("th_open")) == (1, 2)
     assert tokens.count("td_open") == cells
 
 
-def test_cell_has_placeholder_for_printed_number(built, monkeypatch):
-    monkeypatch.delenv("RAXEL_SET", raising=False)
+def test_cell_has_placeholder_for_printed_number(built):
     stem = built / "figures" / "quick" / "table_4_3"
     stem.with_suffix(".csv").write_text("Method,<mm>\n<std>,0.5\nCGSP,0.25\n")
-    about = {"caption": "Errors.", "results": {}, "evidence": "rendered"}
+    about = {"caption": "Errors.", "results": [], "evidence": "rendered"}
     about["printed"] = {"<mm>": [None, "t4_3_x"]}
     stem.with_suffix(".json").write_text(json.dumps(about))
     table = reader.show_table("table_4_3")
@@ -155,7 +137,6 @@ def test_column_numbers_have_equal_decimals(cells, shown):
 def test_missing_file_names_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RAXEL_EFFORT", raising=False)
-    monkeypatch.delenv("RAXEL_SET", raising=False)
     with pytest.raises(
         reader.Missing, match=r"fig_2_3\.json is missing; `make fig_2_3`"
     ):
@@ -170,21 +151,6 @@ def test_figure_without_images_is_marked_for_dark_mode(tmp_path, monkeypatch, li
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RAXEL_EFFORT", "quick")
     assert (":class: raxel-lines" in reader.show("fig_2_3").markdown) is lines
-
-
-def test_artefact_of_set_is_found_by_plain_name(tmp_path, monkeypatch):
-    base = small_checkout(tmp_path)
-    for ending in ("svg", "json"):
-        (base / f"ext_corners@my-set.{ending}").write_bytes(
-            (base / f"fig_2_3.{ending}").read_bytes()
-        )
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("RAXEL_EFFORT", "quick")
-    monkeypatch.setenv("RAXEL_PAGE", "photographs/my-set")
-    monkeypatch.setenv("RAXEL_SET", str(tmp_path / "my set"))
-    shown = reader.show("ext_corners")
-    assert "/_extra/figures/ext_corners@my-set.svg" in shown.markdown
-    assert 'href="../figures/ext_corners@my-set.csv"' in shown.markdown
 
 
 def only_text_of(markdown):
@@ -206,17 +172,17 @@ def test_literal_escapes_markdown(text):
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_unusual_name_is_escaped_everywhere(built, monkeypatch, name):
+def test_unusual_name_is_escaped_everywhere(built, name):
     wanted = " ".join(name.split())
     assert only_text_of(f"See {wording.literal(name)}.") == f"See {wanted}."
-    stem = built / "figures" / "quick" / "ext_images@one"
+    stem = built / "figures" / "quick" / "ext_images_one"
     with stem.with_suffix(".csv").open("w", newline="") as file:
         csv.writer(file).writerows([["Photograph", "Corners"], [name, "1.234567"]])
     about = json.loads(stem.with_suffix(".json").read_text()) | {
         "texts": ["Photograph"], "caption": wording.literal(name)
     }  # fmt: skip
     stem.with_suffix(".json").write_text(json.dumps(about))
-    markdown = shown(built, "one", monkeypatch)
+    markdown = reader.show_table("ext_images_one").markdown
     table = "\n".join(x for x in markdown.splitlines() if x.startswith("| "))
     cells = [t for t in MYST.parse(table) if t.type == "inline"]
     assert [len(cells), cells[-1].content] == [4, "1.235"]

@@ -73,8 +73,8 @@ def evil_row(kind, **changed):
         "test": EVIL,
         "changed": EVIL,
         "variants": [variant, {**variant, "reading": {"a": EVIL}, "reason": ""}],
-        "page": "photographs/x.html",
-        "data": [f"results/a@{EVIL}.json"],
+        "page": "ch02_x/x.html",
+        "data": [f"results/a{EVIL}.json"],
     } | changed
 
 
@@ -97,19 +97,18 @@ def test_rows_escape_values():
 
 @pytest.fixture
 def built(tmp_path, monkeypatch):
-    """A page of an image set with an evil name, and its figure and table."""
+    """A page with an evil name, and its figure and table."""
     base = small_checkout(tmp_path)
     for old, new in (("fig_2_3", "fig_2_3"), ("table_2_1", "table_2_1")):
         about = json.loads((base / f"{old}.json").read_text())
         about |= {"caption": EVIL, "evidence": EVIL}
-        about["source"] = [f"photographs/set/{EVIL}.py", EVIL]
-        about["results"] = {"study": {EVIL: f"study@{EVIL}"}}
+        about["source"] = [f"ch02_x/set/{EVIL}.py", EVIL]
+        about["results"] = [f"study{EVIL}"]
         (base / f"{new}.json").write_text(json.dumps(about))
     (base / "table_2_1.csv").write_text('"<svg onload=1>","b"\n"<svg>","1.5"\n')
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RAXEL_EFFORT", "quick")
-    monkeypatch.setenv("RAXEL_PAGE", f"photographs/{EVIL}")
-    monkeypatch.delenv("RAXEL_SET", raising=False)
+    monkeypatch.setenv("RAXEL_PAGE", f"ch02_x/{EVIL}")
     return tmp_path
 
 
@@ -121,7 +120,7 @@ def test_figures_tables_and_code_escape_values(built, monkeypatch):
     for shown in (figure, table):
         links = next(n for n in shown.markdown.splitlines() if "every trial" in n)
         found = harmless(links)
-        assert f"../results/study@{EVIL}.json" in found.values
+        assert f"../results/study{EVIL}.json" in found.values
     turned = next(n for n in figure.markdown.splitlines() if "<details" in n)
     assert "svg" not in Tags(turned).tags
     assert "svg" not in Tags(reader.show_code(evil_row).html).tags
@@ -130,10 +129,10 @@ def test_figures_tables_and_code_escape_values(built, monkeypatch):
 
 def test_artefact_block_escapes_values(built):
     shutil.copy(built / "figures/quick/fig_2_3.json",
-                built / "figures/quick/ext_x@y.json")  # fmt: skip
-    furnisher = Furnisher(built, "quick", f"photographs/{EVIL}")
+                built / "figures/quick/ext_x.json")  # fmt: skip
+    furnisher = Furnisher(built, "quick", f"ch02_x/{EVIL}")
     harmless(furnisher.block("fig_2_3"))
-    harmless(furnisher.block("ext_x@y"))
+    harmless(furnisher.block("ext_x"))
 
 
 def test_source_page_escapes_code(tmp_path):

@@ -3,14 +3,13 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from repro.run import jobs, judging, marks, results
+from repro.run import judging, marks, results
 from repro.run.outcomes import DECISIONS, Plan, Reading, crossed
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
@@ -168,17 +167,6 @@ def test_seeds_differ_by_artefact_condition_trial():
     assert marks.seed_of("a", {"x": 1, "y": 2}, 0) == marks.seed_of(
         "a", {"y": 2, "x": 1}, 0
     )
-
-
-def test_image_sets_have_own_random_streams():
-    study = SimpleNamespace(details={"artefact": "ext_0"})
-
-    def draws(name):
-        order = jobs.Order(name, "quick", None, None, Path())
-        return jobs._trials(study, order, PLAN, 0, 1)[1]["0/0/draws"]
-
-    assert not np.isin(draws("study@one"), draws("study@two")).any()
-    assert np.array_equal(draws("study@one"), draws("study@one"))
 
 
 def test_interrupted_write_keeps_old_file(tmp_path):

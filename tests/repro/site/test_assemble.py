@@ -18,8 +18,8 @@ def test_chapters_are_in_thesis_order(tmp_path):
     books = []
     names = [
         "guides/s1_first",
-        "photographs/b10",
-        "photographs/b9",
+        "more/b10",
+        "more/b9",
         "appendix_a/s1",
         "ch10_x/s1",
         "ch02_x/s1",
@@ -34,7 +34,7 @@ def test_chapters_are_in_thesis_order(tmp_path):
     chapters = chapters_of(tmp_path, books, {})
     assert [c.number for c in chapters] == ["2", "10", "A", "", ""]
     assert [c.guides for c in chapters] == [False, False, False, True, False]
-    assert [p.title for p in chapters[4].pages] == ["photographs/b9", "photographs/b10"]
+    assert [p.title for p in chapters[4].pages] == ["more/b9", "more/b10"]
     assert chapters[0].title == "About ch02_x"
     write_atomic(tmp_path / "chapters" / "ch02_x" / "__init__.py", "")
     with pytest.raises(PageError, match=r"ch02_x/__init__\.py: no docstring"):
@@ -89,7 +89,7 @@ def test_guide_is_listed_with_first_paragraph(tmp_path, text, summary):
 
 def write_page(book, source, *paragraphs):
     """An executed page as the job before leaves it."""
-    about = {"source": source, "effort": "quick", "page": "a/page", "set": ""}
+    about = {"source": source, "effort": "quick", "page": "a/page"}
     cells = [new_markdown_cell(text) for text in paragraphs]
     notebook = new_notebook(cells=cells, metadata={"raxel": about})
     write_atomic(book, nbformat.writes(notebook))
@@ -122,19 +122,29 @@ def test_start_page_lists_guides_and_chapters(tmp_path):
     assert places == sorted(places)
 
 
-def test_images_of_set_without_page_are_not_published(tmp_path):
-    base = tmp_path / "figures" / "quick"
-    for name in ("ext_a@my.set.png", "ext_a@gone.png", "fig_2_3.png"):
-        write_atomic(base / name, name)
-    for name in ("study@my.set.json", "study@gone.json", "study@gone.run.json"):
-        write_json(base / "results" / name, {})
-    book = tmp_path / "pages" / "photographs" / "my.set.ipynb"
-    write_page(book, "photographs/set/page.py")
-    handed = assemble._extra(tmp_path, "quick", [book], base / "scoreboard.json")
-    assert {
-        "figures/ext_a@my.set.png", "figures/fig_2_3.png", "results/study@my.set.json",
-    } <= set(handed)  # fmt: skip
-    assert not [name for name in handed if "gone" in name]
+def test_image_sets_are_published_and_linked(tmp_path):
+    base = small_checkout(tmp_path)
+    boards = (base / "scoreboard.md", base / "scoreboard.json")
+    sets = tmp_path / "report" / "build" / "sets"
+    for name, message in (("lens", ""), ("flat", "flat/set.yaml: <b>: `x`")):
+        files = [] if message else ["camera.npz", "report/index.html"]
+        about = {"name": name, "message": message, "files": files}
+        write_json(sets / f"{name}.json", about)
+        for file in files:
+            write_atomic(sets / name / file, "")
+    # Of an earlier build, and may be private.
+    write_atomic(sets / "gone" / "camera.npz", "")
+    records = [sets / "lens.json", sets / "flat.json"]
+    assemble.assemble(tmp_path, "quick", [], *boards, tmp_path / "source", records)
+    published = assemble.files_below(tmp_path / "source" / "_extra" / "sets")
+    assert set(published) == {"lens/camera.npz", "lens/report/index.html"}
+    for page in ("index", "your_photographs"):
+        text = (tmp_path / "source" / f"{page}.md").read_text("utf-8")
+        assert '<a href="sets/lens/report/index.html">lens</a>' in text
+        assert '<a href="sets/lens/camera.npz">camera.npz</a>' in text
+        assert "\n- flat: not calibrated. flat/set.yaml: \\<b\\>: \\`x\\`\n" in text
+    assemble.assemble(tmp_path, "quick", [], *boards, tmp_path / "source")
+    assert "calibrated." not in (tmp_path / "source" / "index.md").read_text("utf-8")
 
 
 def test_counts_are_in_verdict_order():

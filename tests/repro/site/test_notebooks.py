@@ -59,13 +59,12 @@ def test_first_cell_finds_checkout(kernel, checkout, tmp_path, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(os, "environ", os.environ | variables)
             sys.path.insert(0, "another/checkout/lib")
-            first_cell.begin("quick", "ch02_sample/page", "my-set")
+            first_cell.begin("quick", "ch02_sample/page")
             assert Path.cwd() == checkout, what
             assert sys.path[:2] == [str(lib), str(checkout)], what
             assert sys.path.count(str(lib)) == 1
             assert os.environ["RAXEL_EFFORT"] == "quick"
             assert os.environ["RAXEL_PAGE"] == "ch02_sample/page"
-            assert os.environ["RAXEL_SET"] == "my-set"
 
 
 def test_first_cell_reports_missing_parts_in_one_line(
@@ -73,7 +72,7 @@ def test_first_cell_reports_missing_parts_in_one_line(
 ):
     def message():
         with pytest.raises(first_cell.CannotRun) as caught:
-            first_cell.begin("full", "ch02_sample/page", "")
+            first_cell.begin("full", "ch02_sample/page")
         (line,) = caught.value._render_traceback_()
         assert "\n" not in line
         return line
@@ -90,9 +89,7 @@ def executed(folder, name, code):
     path = folder / "pages" / "ch02_sample" / f"{name}.ipynb"
     path.parent.mkdir(parents=True, exist_ok=True)
     about = {"source": "p.py", "effort": "quick", "page": f"ch02_sample/{name}"}
-    book = new_notebook(
-        cells=[new_code_cell(code)], metadata={"raxel": about | {"set": ""}}
-    )
+    book = new_notebook(cells=[new_code_cell(code)], metadata={"raxel": about})
     nbformat.write(book, path)
     return path
 
@@ -103,7 +100,7 @@ def test_edited_notebook_is_kept(tmp_path):
     pages = [executed(tmp_path, name, "check(None)") for name in ("mine", "other")]
     notebooks(pages, out)
     cells = nbformat.read(mine, 4).cells
-    assert cells[0].source.endswith("begin('quick', 'ch02_sample/mine', '')")
+    assert cells[0].source.endswith("begin('quick', 'ch02_sample/mine')")
     assert cells[0].metadata.jupyter.source_hidden
     for answer in ("1", "2"):
         mine.write_text(mine.read_text("utf-8").replace("None", answer), "utf-8")

@@ -181,10 +181,10 @@ def test_killed_run_leaves_no_page_done(tmp_path, monkeypatch):
 def test_files_without_source_are_removed(tmp_path):
     source, built = tmp_path / "source", tmp_path / "html"
     kept = {
-        "source": ("index.md", "sets/one.ipynb", "_extra/figures/a@one.svg"),
-        "html": ("index.html", "sets/one.html", "search.html", "figures/a@one.svg"),
+        "source": ("index.md", "ch02/one.ipynb", "_extra/sets/a/b.html"),
+        "html": ("index.html", "ch02/one.html", "search.html", "sets/a/b.html"),
     }
-    gone = ("sets/two.html", "figures/a@two.svg", "_images/a@two.svg")
+    gone = ("ch02/two.html", "sets/c/b.html", "_images/a.svg")
     for folder, names in (("source", kept["source"]), ("html", kept["html"] + gone)):
         for name in names:
             write(tmp_path / folder / name, "x")

@@ -19,7 +19,7 @@ def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     for path, seconds, more in (
         (folder / "experiment/sweep/0-of-2.json", 1.0, {"peak_mb": 300.0}),
         (folder / "experiment/sweep/1-of-2.json", 2.0, {"peak_mb": 500.0}),
-        (folder / "experiment/sweep@my set.json", 4.0, {}),
+        (folder / "experiment/sweep/2-of-3.json", 4.0, {}),
         (folder / "figure/fig.json", 8.0, {}),
         (folder / "figure/gone.json", 1000.0, {}),
         (folder / "page/c/s.json", 16.0, {"peak_mb": 200.0}),
@@ -30,7 +30,7 @@ def test_times_sum_records_by_page(tmp_path, monkeypatch, capsys):
     rows = {row[0]: row[1:] for row in times.rows_of(tmp_path, "quick")}
     assert rows == {
         "c/s": pytest.approx((7.0, 8.0, 16.0, 31.0, 500.0)),
-        "rendered sets": pytest.approx((64.0, 0, 0, 64.0, 0)),
+        "image sets": pytest.approx((64.0, 0, 0, 64.0, 0)),
         "site": pytest.approx((0, 0, 32.0, 32.0, 0)),
     }
     assert times.main(["--effort", "quick"]) == 0

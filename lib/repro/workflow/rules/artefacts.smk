@@ -15,11 +15,10 @@ rule figure:
     params:
         code=KEYS.figure,
         results=WORK.folder(f"{WORK.base}/results"),
-        sets=WORK.sets_option("figure"),
     message:
         "figure {wildcards.artefact}"
     shell:
-        "job figure/{wildcards.artefact} repro figure {wildcards.artefact:q} {params.sets} "
+        "job figure/{wildcards.artefact} repro figure {wildcards.artefact:q} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -38,7 +37,6 @@ use rule figure as turnable_figure with:
     params:
         code=KEYS.scene,
         results=WORK.folder(f"{WORK.base}/results"),
-        sets=WORK.sets_option("figure"),
 
 
 rule table:
@@ -56,11 +54,10 @@ rule table:
     params:
         code=KEYS.table,
         results=WORK.folder(f"{WORK.base}/results"),
-        sets=WORK.sets_option("table"),
     message:
         "table {wildcards.artefact}"
     shell:
-        "job table/{wildcards.artefact} repro table {wildcards.artefact:q} {params.sets} "
+        "job table/{wildcards.artefact} repro table {wildcards.artefact:q} "
         "--results {params.results:q} --out {output.description:q} > {log:q} 2>&1"
 
 
@@ -77,12 +74,10 @@ rule judge:
         code=KEYS.judge,
         effort=WORK.effort,
         folder=WORK.folder(WORK.base),
-        stem=WORK.page_stem,
-        sets=WORK.judge_sets,
         readings=config["readings"],
     message:
         "claims and numbers of {wildcards.page}"
     shell:
-        "job judge/{wildcards.page} repro judge {wildcards.page:q} --stem {params.stem:q} "
-        "--effort {params.effort} {params.sets} --folder {params.folder:q} "
+        "job judge/{wildcards.page} repro judge {wildcards.page:q} "
+        "--effort {params.effort} --folder {params.folder:q} "
         "--readings {params.readings} --out {output.judged:q} > {log:q} 2>&1"

@@ -25,8 +25,8 @@ shell.prefix(
 
 
 wildcard_constraints:
-    experiment="[A-Za-z0-9_]+(@[^/]+)?",
-    artefact="[a-z]+_[a-z0-9_]+(@[^/]+)?",
+    experiment="[A-Za-z0-9_]+",
+    artefact="[a-z]+_[a-z0-9_]+",
     page="[a-z0-9_]+/[^/]+",
     shard=r"\d+",
     of=r"\d+",

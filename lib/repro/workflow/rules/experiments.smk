@@ -15,15 +15,13 @@ rule whole:
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,
-        set=WORK.set_option,
-        sets=WORK.sets_option("experiment"),
         results=WORK.folder(f"{WORK.base}/results"),
     message:
         "experiment {wildcards.experiment}"
     shell:
         "job experiment/{wildcards.experiment} repro whole {wildcards.experiment:q} "
         "--effort {params.effort} "
-        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
+        "{params.trials} --results {params.results:q} "
         "--code {params.code} "
         "--out {output.result:q} > {log:q} 2>&1"
 
@@ -43,15 +41,13 @@ rule shard:
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,
-        set=WORK.set_option,
-        sets=WORK.sets_option("experiment"),
         results=WORK.folder(f"{WORK.base}/results"),
     message:
         "experiment {wildcards.experiment}, part {wildcards.shard} of {wildcards.of}"
     shell:
         "job experiment/{wildcards.experiment}/{wildcards.shard}-of-{wildcards.of} "
         "repro run {wildcards.experiment:q} --effort {params.effort} "
-        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
+        "{params.trials} --results {params.results:q} "
         "--shard {wildcards.shard}/{wildcards.of} "
         "--out {output.records:q} > {log:q} 2>&1"
 
@@ -73,15 +69,13 @@ rule gather:
         effort=WORK.effort,
         files=WORK.input_key,
         trials=WORK.trials_option,
-        set=WORK.set_option,
-        sets=WORK.sets_option("experiment"),
         results=WORK.folder(f"{WORK.base}/results"),
     message:
         "result {wildcards.experiment}"
     shell:
         "job result/{wildcards.experiment} repro gather {wildcards.experiment:q} "
         "--effort {params.effort} "
-        "{params.trials} {params.set} {params.sets} --results {params.results:q} "
+        "{params.trials} --results {params.results:q} "
         "--code {params.code} "
         "--shards {input.shards:q} "
         "--out {output.result:q} > {log:q} 2>&1"

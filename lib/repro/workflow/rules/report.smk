@@ -35,11 +35,10 @@ rule page:
         code=KEYS.page,
         effort=WORK.effort,
         source=WORK.page_source,
-        set=WORK.set_option,
     message:
         "page {wildcards.page}"
     shell:
-        "job page/{wildcards.page} repro.page.execute {params.source:q} {params.set} "
+        "job page/{wildcards.page} repro.page.execute {params.source:q} "
         "--effort {params.effort} --out {output.notebook:q} > {log:q} 2>&1"
 
 
@@ -49,6 +48,7 @@ rule site:
         artefacts=WORK.artefact_files(),
         rows=f"{WORK.base}/scoreboard.json",
         page=f"{WORK.base}/scoreboard.md",
+        sets=WORK.image_sets.results(),
         sources=WORK.site_sources(),
     output:
         done=touch(WORK.site_done),
@@ -66,7 +66,7 @@ rule site:
     shell:
         "(job site/assemble repro.site.assemble --effort {params.effort} "
         "--pages {input.pages:q} --scoreboard {input.page:q} --json {input.rows:q} "
-        "--out {params.source:q} && "
+        "--sets {input.sets:q} --out {params.source:q} && "
         "job site/sphinx repro.site.sphinx --source {params.source:q} --out {params.site:q} && "
         "job site/check repro.site.check {params.site:q}) > {log:q} 2>&1"
 
