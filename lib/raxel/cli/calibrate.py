@@ -48,7 +48,12 @@ from raxel.evaluation.diagnoses import (
 from raxel.evaluation.distortion import MIN_N_BOARDS
 from raxel.evaluation.focal_length import focal_length_sd, focal_length_warnings
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.ray_errors import errors_of_formula, errors_of_table, next_place
+from raxel.evaluation.ray_errors import (
+    errors_of_formula,
+    errors_of_table,
+    errors_with_deviation,
+    next_place,
+)
 from raxel.evaluation.split_half import split_half
 from raxel.report import write_report
 from raxel.report.page import PAGE
@@ -178,6 +183,10 @@ def _calibrated(name, task, asked, details):
     halves = split_half(fitted.camera, images, used, fitted.shape)
     if halves and model in TABLES:
         fitted.camera.error_nodes = errors_of_table(fitted.camera, halves)
+    elif halves and halves.deviation is not None:
+        fitted.camera.error_nodes = errors_with_deviation(
+            fitted.camera, distance, halves.deviation
+        )
     result["next_image"] = next_place(fitted.camera)
     tests = {"board_corners": corners, "stability": halves}
     tests["beyond_boards"] = halves and halves.beyond

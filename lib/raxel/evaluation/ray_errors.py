@@ -3,7 +3,8 @@
 A formula has the covariance of its parameters. Images do not determine a rotation of
 all rays, so errors are those after the best rotation of the rays that boards covered:
 other rays are extrapolated, and have far larger errors, which would rotate all. Where a
-fit uses displaced corners of the board, their errors move the rays, too. A table has no
+fit uses displaced corners of the board, their errors move the rays, too. Where no board
+was, the lens may depart from the fit, and the larger error counts. A table has no
 covariance: half of the difference between the rays of halves of the images is the error
 of all, in the root mean square.
 """
@@ -13,7 +14,7 @@ from scipy.linalg import block_diag
 
 from raxel.cameras.core.base import under_boards
 from raxel.evaluation.distortion import pixels_by_point
-from raxel.evaluation.misfit import polynomials, without_turns
+from raxel.evaluation.misfit import polynomials, with_radial_terms, without_turns
 from raxel.geometry.poses import cross_matrix
 
 N_CELLS = 32  # along the longer side of the image
@@ -51,6 +52,23 @@ def errors_of_formula(camera, distance, slopes, covariance, of_corners=None):
     found = np.full((len(pixels), 3), np.nan)
     found[known] = errors[:, [0, 0, 1], [0, 1, 1]]
     return found.reshape(*places.shape[:2], 3)
+
+
+def errors_with_deviation(camera, distance, covariance):
+    """`Camera.error_nodes` of a camera with own errors: where no board was, the larger
+    of these and those of a lens that departs from the fit.
+
+    covariance (P, P): of `with_radial_terms`, as far as boards do not constrain them.
+    """
+    places = node_pixels(camera)
+    pixels = places.reshape(-1, 2)
+    own = camera.pixel_covariance(pixels)[:, [0, 0, 1], [0, 1, 1]]
+    other = errors_of_formula(
+        camera, distance, lambda _: with_radial_terms(pixels, camera), covariance
+    ).reshape(-1, 3)
+    squares, others = (errors[:, 0] + errors[:, 2] for errors in (own, other))
+    larger = ~under_boards(camera, pixels) & (others == np.fmax(squares, others))
+    return np.where(larger[:, None], other, own).reshape(*places.shape[:2], 3)
 
 
 def errors_of_table(camera, halves):

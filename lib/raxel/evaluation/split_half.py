@@ -124,7 +124,9 @@ class SplitHalf(NamedTuple):
     same_camera: whether no division is significant; factor: ratio of the differences
     between images to their scatter, 1 or more; steady: whether that is less than
     MAX_FACTOR, or less than MAX_FACTOR_PX in all divisions, or that of a table. focal,
-    outlier, beyond: None for a table, and where not determined."""
+    outlier, beyond, deviation: None for a table, and where not determined; deviation
+    (P, P): covariance of `with_radial_terms` by which the lens may depart from the fit.
+    """
 
     divisions: list
     pixels: np.ndarray
@@ -135,6 +137,7 @@ class SplitHalf(NamedTuple):
     focal: FocalLengths | None = None
     outlier: OutlierImage | None = None
     beyond: BeyondBoards | None = None
+    deviation: np.ndarray | None = None
 
     @property
     def one_focal(self):
@@ -202,7 +205,8 @@ def split_half(camera, scores, views, shape=None):
         moved = rms_moved(fields, seen, focal.sd * longer)
         focal = focal._replace(rays_px=moved)
     outlier = _outlier(normal, right, fields, seen, variance, names)
-    beyond, fields = None, correction_fields(camera, pairs, with_radial_terms)
+    beyond = deviation = None
+    fields = correction_fields(camera, pairs, with_radial_terms)
     if fields is not None:
         normal, *_ = image_equations(*of_boards, fields)
         covariance = within * np.linalg.pinv(normal.sum(axis=0), hermitian=True)
@@ -210,7 +214,10 @@ def split_half(camera, scores, views, shape=None):
         own = np.sqrt(np.trace(errors, axis1=1, axis2=2))
         views = [view for _, view in pairs]
         beyond = beyond_boards(fields, covariance, views, seen, own)
-    return found._replace(focal=focal, outlier=outlier, beyond=beyond)
+        deviation = fields.mixing @ covariance @ fields.mixing.T
+    return found._replace(
+        focal=focal, outlier=outlier, beyond=beyond, deviation=deviation
+    )
 
 
 def halves_of(pairs):

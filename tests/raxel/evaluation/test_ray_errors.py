@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, load_camera
+from raxel.evaluation.misfit import with_radial_terms
 from raxel.evaluation.ray_errors import (
     errors_of_formula,
     errors_of_table,
+    errors_with_deviation,
     next_place,
     node_pixels,
 )
@@ -57,6 +59,20 @@ def test_errors_of_a_formula_are_those_of_its_parameters():
     camera.board_cells = np.arange(4)[None] == 3
     camera.error_nodes = errors_of_formula(camera, 500.0, slopes, np.array([[0.25]]))
     assert np.sqrt(camera.pixel_covariance([[280.0, 120.0]])[0, 0, 0]) < 0.1
+
+
+def test_lens_may_depart_from_the_fit_where_no_board_was():
+    camera = nodes(PerspectiveCamera(K, [], 320, 240), [0.01, 0, 0.01])
+    camera.board_cells = np.arange(4)[None] < 2
+    terms = with_radial_terms(node_pixels(camera).reshape(-1, 2), camera)
+    found = errors_with_deviation(camera, 500.0, np.eye(terms.shape[2]))
+    squares = found[..., 0] + found[..., 2]
+    left, right = squares[:, :16], squares[:, 17:]
+    np.testing.assert_allclose(left, 0.02)
+    assert right.min() >= 0.02
+    assert right[:, -1].min() > 1
+    small = errors_with_deviation(camera, 500.0, 1e-9 * np.eye(terms.shape[2]))
+    np.testing.assert_allclose(small, camera.error_nodes, atol=1e-7)
 
 
 def test_errors_of_a_table_are_half_the_difference_of_halves():

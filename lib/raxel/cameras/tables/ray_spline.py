@@ -194,6 +194,8 @@ class RaySplineCamera(Camera):
         return inside & self.covered[row, column]
 
     def _node_errors(self):
+        if self.error_nodes is not None:
+            return super()._node_errors()
         return self.covariance, self.spacing_px / 2
 
     def _in_camera(self, rays):
