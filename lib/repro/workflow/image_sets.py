@@ -50,7 +50,7 @@ class ImageSets:
     def messages(self) -> list[str]:
         """Return why sets have no camera, one line each."""
         records = [json.loads((self.root / p).read_text()) for p in self.results()]
-        return [f"{r['name']}: {r['message']}" for r in records if r["message"]]
+        return [f"not calibrated: {r['message']}" for r in records if r["message"]]
 
     def folder(self, wildcards) -> str:
         """Parameter function: the folder of the set."""

@@ -109,7 +109,7 @@ def test_rejected_set_has_message_without_folder(tmp_path, calibrated):
     assert record["files"] == []
     assert record["message"].startswith("my-set/")
     sets = ImageSets(tmp_path, None, {"my-set": ""})
-    assert sets.messages() == [f"my-set: {record['message']}"]
+    assert sets.messages() == [f"not calibrated: {record['message']}"]
 
 
 def test_control_characters_are_not_printed(capsys):
