@@ -629,6 +629,7 @@ PROGRAM = Program(
                 required=True,
             ),
             _option("--out", file_name, "CAMERA", "Camera file (.npz).", required=True),
+            _flag("--force", help="Replace OUT."),
         ),
         _command(
             "patterns",

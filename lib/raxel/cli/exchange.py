@@ -12,10 +12,7 @@ from raxel.formats.exchange import export_camera, import_with_residual
 
 def export(options: SimpleNamespace, say: Say) -> None:
     """Write a camera in the format of another program."""
-    check_writable(options.out)
-    check_written([options.out], [], [options.camera])
-    if Path(options.out).exists() and not options.force:
-        raise InputError(f"{options.out}: exists; give --force to replace it")
+    _check_out(options, options.camera)
     camera = load_camera(options.camera)
     try:
         made = export_camera(
@@ -29,8 +26,7 @@ def export(options: SimpleNamespace, say: Say) -> None:
 
 def import_(options: SimpleNamespace, say: Say) -> None:
     """Read a camera from the file of another program."""
-    check_writable(options.out)
-    check_written([options.out], [], [options.file])
+    _check_out(options, options.file)
     camera, (rms, largest) = import_with_residual(options.file, options.format)
     camera.save(options.out)
     residual = f", refitted: residual {rms:.2g} px RMS, {largest:.2g} px at most"
@@ -38,3 +34,10 @@ def import_(options: SimpleNamespace, say: Say) -> None:
         f"{on_one_line(options.out)}: {camera.kind} camera of {camera.width} x "
         f"{camera.height} px, {camera.parameters} parameters{residual * (rms > 0)}"
     )
+
+
+def _check_out(options, source):
+    check_writable(options.out)
+    check_written([options.out], [], [source])
+    if Path(options.out).exists() and not options.force:
+        raise InputError(f"{options.out}: exists; give --force to replace it")
