@@ -62,8 +62,9 @@ ABOVE_ROOMS = {
 }
 # The rooms of repro, lowest first; its own files stand above them.
 REPRO_ROOMS = ("judge", "run", "page", "site", "workflow")
-# All that the book-keeping may know of raxel; none of it knows of cameras.
-REPRO_MAY_IMPORT = ("raxel.errors", "raxel.io", "raxel.sets", "raxel.show")
+# All that the book-keeping may know of raxel; none of it knows of cameras. The page of
+# an image set is what the command writes.
+REPRO_MAY_IMPORT = ("raxel.cli", "raxel.errors", "raxel.io", "raxel.sets", "raxel.show")
 # What all chapters may import of one another.
 SHARED = "chapters.shared"
 

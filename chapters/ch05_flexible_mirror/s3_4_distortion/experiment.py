@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_4_distortion.bust import Bust
+from chapters.ch05_flexible_mirror.s3_4_distortion.scenes import Bust
 from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
     BENCHES,

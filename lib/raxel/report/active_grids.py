@@ -61,7 +61,7 @@ def pattern_sheet(patterns: Sequence[Pattern], monitor_px: tuple[int, int]) -> F
         for each, (image, text) in zip(axes, row, strict=False):
             each.set(xlim=(0, monitor_px[0]), ylim=(monitor_px[1], 0))
             show_image(each, image)
-            each.set_title(text, fontsize=8)
+            each.set_title(text, fontsize=8, loc="center")
     figure.subplots_adjust(0.01, 0.01, 0.99, 0.97, wspace=0.05, hspace=0.15)
     return figure
 

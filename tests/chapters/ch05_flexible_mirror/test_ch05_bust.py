@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_4_distortion.bust import TALL, Bust, heights
+from chapters.ch05_flexible_mirror.s3_4_distortion.scenes import TALL, Bust, heights
 from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab.surfaces import Relief

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_4_distortion.bust import Bust
+from chapters.ch05_flexible_mirror.s3_4_distortion.scenes import Bust
 from raxel.cameras.core.base import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
