@@ -32,6 +32,10 @@ from raxel.cli.commands import PROGRAM
 from raxel.cli.terminal import Progress, Terminal, on_one_line
 from raxel.errors import InputError
 
+# The matrices are small, and threads of BLAS only wait for each other: a calibration of
+# 15 images takes 36 s instead of 42 s. The variable counts when numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status.
