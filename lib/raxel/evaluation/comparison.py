@@ -29,6 +29,7 @@ from raxel.evaluation.cross_validation import (
     evaluate_camera,
 )
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis, known
+from raxel.evaluation.ray_errors import errors_of_directions, inner_nodes
 from raxel.features.boards import detect_boards
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
@@ -400,8 +401,11 @@ def spread_fields(residuals):
 
 def expected_errors(mirror_set, views, found, say):
     """([{median, largest}] over each stage's mirror: predicted errors of rays, degrees;
-    whether the error of the camera that views the mirror is included)"""
-    pixels = [_spread_over(camera) for camera in found.cameras]
+    whether the error of the camera that views the mirror is included). The cameras get
+    them as `error_nodes`."""
+    spread = [_spread_over(camera) for camera in found.cameras]
+    nodes = [inner_nodes(camera) for camera in found.cameras]
+    pixels = [np.concatenate(both) for both in zip(spread, nodes, strict=True)]
     perturbed = _perturbed(mirror_set, views, say)
     try:
         errors = predicted_errors(views, found, pixels, perturbed)
@@ -409,8 +413,14 @@ def expected_errors(mirror_set, views, found, say):
         perturbed, errors = [], predicted_errors(views, found, pixels)
     predicted = [
         {"median": float(np.median(each)), "largest": float(np.max(each))}
-        for each in (error[np.isfinite(error)] for error in errors)
+        for each in (
+            error[: len(own)][np.isfinite(error[: len(own)])]
+            for error, own in zip(errors, spread, strict=True)
+        )
     ]
+    for camera, error, own in zip(found.cameras, errors, spread, strict=True):
+        sd = np.radians(error[len(own) :] / MEDIAN_OVER_RMS) / np.sqrt(2)
+        camera.error_nodes = errors_of_directions(camera, sd)
     return predicted, bool(perturbed)
 
 

@@ -71,11 +71,28 @@ def errors_with_deviation(camera, distance, covariance):
     return np.where(larger[:, None], other, own).reshape(*places.shape[:2], 3)
 
 
+def errors_of_directions(camera, sd):
+    """`Camera.error_nodes` by the standard deviation (N,), rad, of both components of
+    the directions at `inner_nodes`, NaN where unknown."""
+    slopes = camera.direction_slopes(inner_nodes(camera))
+    known = np.isfinite(sd) & np.isfinite(slopes).all(axis=(1, 2))
+    found = np.full((len(sd), 3), np.nan)
+    back = np.linalg.pinv(slopes[known])
+    errors = back @ back.transpose(0, 2, 1)
+    found[known] = sd[known, None] ** 2 * errors[:, [0, 0, 1], [0, 1, 1]]
+    return found.reshape(*node_pixels(camera).shape[:2], 3)
+
+
+def inner_nodes(camera):
+    """Pixels (N, 2) of the nodes, those at the edge moved to the outermost centres."""
+    largest = [camera.width - 1, camera.height - 1]
+    return np.clip(node_pixels(camera), 0, largest).reshape(-1, 2)
+
+
 def errors_of_table(camera, halves):
     """`Camera.error_nodes` by the SplitHalf of a camera: the same at each ray."""
-    places = node_pixels(camera)
-    inside = np.clip(places, 0, [camera.width - 1, camera.height - 1])
-    known = camera.rays(inside.reshape(-1, 2)).valid.reshape(places.shape[:2])
+    shape = node_pixels(camera).shape[:2]
+    known = camera.rays(inner_nodes(camera)).valid.reshape(shape)
     squares = np.mean([each.disagreement_px**2 for each in halves.divisions]) / 4
     return np.where(known[..., None], squares / 2 * np.array([1.0, 0, 1.0]), np.nan)
 

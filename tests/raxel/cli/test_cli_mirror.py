@@ -17,6 +17,7 @@ from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.cli.mirror import _primary
 from raxel.errors import InputError
+from raxel.evaluation.comparison import MEDIAN_OVER_RMS
 from raxel.io.files import read_json
 from raxel.sets import PatternPlan, load_mirror_set
 from raxel.show.cameras import mirrors
@@ -104,6 +105,20 @@ def test_median_ray_error_is_as_predicted(folder, calibrated):
         angles = stage_angles(folder, calibrated, stage)
         predicted = about["predicted_ray_error_deg"]["median"]
         assert 0.4 < np.nanmedian(angles) / predicted < 2.5
+
+
+def test_rays_of_each_stage_have_the_predicted_errors(calibrated):
+    stages = read_json(calibrated / "fit.json")["stages"]
+    for stage, about in enumerate(stages):
+        camera = load_camera(calibrated / f"mirror-{stage}.npz")
+        u, v = np.meshgrid(
+            *(np.linspace(0, n - 1, 40) for n in (camera.width, camera.height))
+        )
+        rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]), covariance=True)
+        squares = np.trace(rays.covariance, axis1=1, axis2=2)
+        median_deg = np.degrees(np.sqrt(np.nanmedian(squares))) * MEDIAN_OVER_RMS
+        expected = about["predicted_ray_error_deg"]["median"]
+        assert median_deg == pytest.approx(expected, rel=0.15)
 
 
 def written_primary():

@@ -226,13 +226,17 @@ class Camera(abc.ABC):
         if not covariance:
             return rays
         pixels = as_rows(pixels, 2)
+        slopes = self.direction_slopes(pixels)
+        errors = slopes @ self.pixel_covariance(pixels) @ slopes.transpose(0, 2, 1)
+        return RaysWithCovariance(*rays, errors)
+
+    def direction_slopes(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivatives (N, 3, 2) of directions by pixels (N, 2)."""
         steps = [
             self._rays(pixels + step).directions - self._rays(pixels - step).directions
             for step in SLOPE_STEP_PX * np.eye(2)
         ]
-        slopes = np.stack(steps, axis=2) / (2 * SLOPE_STEP_PX)
-        errors = slopes @ self.pixel_covariance(pixels) @ slopes.transpose(0, 2, 1)
-        return RaysWithCovariance(*rays, errors)
+        return np.stack(steps, axis=2) / (2 * SLOPE_STEP_PX)
 
     @abc.abstractmethod
     def _rays(self, pixels: ArrayLike) -> Rays:
