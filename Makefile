@@ -3,6 +3,7 @@ PYTHON ?= python3
 EFFORT ?= full
 CORES ?=
 TRIALS ?=
+SCALE ?=
 RECORDED ?=
 READINGS ?= open
 PORT ?= 8000
@@ -16,7 +17,7 @@ BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
 export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
-OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
+OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
 .PHONY: report quick test test-formats times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
@@ -37,7 +38,7 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)
 
 times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
-	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT)
+	@$(RUN) .venv/bin/python -m repro.workflow.costs --effort $(EFFORT)
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
@@ -98,7 +99,7 @@ setup:
 
 clean: ## remove what was built; .venv and the photographs stay
 	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip report/*.pdf \
-	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.times .snakemake .pytest_cache .hypothesis .ruff_cache
+	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.records .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list
 	@grep -E '^[a-z_%][a-z_% -]*:.*##' Makefile | sed -E 's/:.*##/\t/' | expand -t 38

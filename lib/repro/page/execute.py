@@ -1,19 +1,15 @@
 """Execute a page: its file becomes a notebook with outputs, values and furniture.
 
-    python -m repro.page.execute PAGE.py --effort full --out NB.ipynb
-
 The id of the page is that of the notebook: its folder and its name. A failure ends with
 one line that gives position and cause.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
 
 from repro.page.furniture import Furnisher
-from repro.page.notebook import PageError, execute, read_page, settle
+from repro.page.notebook import execute, read_page, settle
 from repro.run.results import write_atomic
 
 CELL_SECONDS = 180
@@ -37,22 +33,3 @@ def execute_page(root: Path, page: Path, effort: str, out: Path) -> None:
     }
     nbformat.validate(notebook)
     write_atomic(out, nbformat.writes(notebook) + "\n")
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Execute one page; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m repro.page.execute")
-    parser.add_argument("page", type=Path)
-    parser.add_argument("--effort", choices=("quick", "full"), required=True)
-    parser.add_argument("--out", type=Path, required=True)
-    a = parser.parse_args(argv)
-    try:
-        execute_page(Path.cwd(), a.page, a.effort, a.out)
-    except PageError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

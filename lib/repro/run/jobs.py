@@ -1,13 +1,11 @@
-"""The jobs of an experiment: run it in one job, or run its shards and gather them.
+"""Run an experiment whole, or run its parts and gather them.
 
-Each job is one process, `python -m repro JOB ...`, which Snakemake starts with one BLAS
-thread. A job imports only its chapter.
+A job of the workflow (`repro.workflow.job`) does so with one BLAS thread.
 """
 
 from __future__ import annotations
 
 import datetime
-import hashlib
 import importlib
 import json
 import platform
@@ -15,7 +13,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -50,33 +47,66 @@ def function_of(found: discover.Producer):
 
 
 @dataclass(frozen=True)
-class Order:
-    """The experiment to run: name, size, what-if trials.
+class Size:
+    """The size of a build: the effort, and what-if trials or a multiple of all."""
 
-    ``results`` is the folder with the results of other experiments.
-    """
+    effort: str
+    trials: int | None = None
+    scale: int = 1
+
+    @property
+    def name(self) -> str:
+        """Folder below `figures`: what-if sizes are stored separately."""
+        if self.trials is not None:
+            return f"what-if/{self.effort}-trials-{self.trials}"
+        if self.scale > 1:
+            return f"what-if/{self.effort}-scale-{self.scale}"
+        return self.effort
+
+    @property
+    def base(self) -> str:
+        """Folder of results and figures."""
+        return f"figures/{self.name}"
+
+    @property
+    def site(self) -> str:
+        """Folder of the built site."""
+        short = self.name.rpartition("/")[2]
+        return "report/site" if short == "full" else f"report/site-{short}"
+
+    def trials_of(self, found: discover.Producer, planned: int) -> int:
+        """Trials per condition of an experiment that plans so many.
+
+        A multiple holds for repeated trials only, and not where they are rendered sets,
+        whose number is fixed.
+        """
+        if self.trials is not None:
+            return self.trials
+        fixed = planned == 1 or found.rendered(self.effort)
+        return planned if fixed else planned * self.scale
+
+
+@dataclass(frozen=True)
+class Order:
+    """The experiment to run: its name, the size, the folder of all results."""
 
     name: str
-    effort: str
-    trials: int | None
+    size: Size
     results: Path
 
     def inputs(self, root: Path) -> dict[str, str]:
         """Return `input_hashes` of the experiment and of the manifests of rendered
         sets."""
         found = producer(root, "experiment", self.name)
-        names = found.rendered(self.effort)
-        sets = {name: _hash_now(root / manifest(name)) for name in names}
+        names = found.rendered(self.size.effort)
+        sets = {name: results.hash_of(root / manifest(name)) for name in names}
         return input_hashes(root, found) | sets
 
     def plan(self, root: Path, found: discover.Producer) -> Plan:
-        """Return the experiment's plan, with the what-if number of trials if one is
-        given."""
+        """Return the experiment's plan with the trials of the size."""
         more = [results.opened(self.results, found.needs)] if found.needs else []
-        plan = function_of(found)(self.effort, *more)
-        if self.trials is None:
-            return plan
-        return replace(plan, trials=self.trials)
+        plan = function_of(found)(self.size.effort, *more)
+        return replace(plan, trials=self.size.trials_of(found, plan.trials))
 
 
 def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
@@ -87,23 +117,14 @@ def run(root: Path, order: Order, shard: int, of: int, out: Path) -> None:
     results.write_json(out, {"records": records, "seconds": seconds})
 
 
-def whole(
-    root: Path, order: Order, code: str, inputs: Mapping[str, str], out: Path
-) -> None:
+def whole(root: Path, order: Order, code: str, out: Path) -> None:
     """Run an experiment that is one job into its result file and run record."""
     with _planned(root, order) as (found, plan):
         records, arrays, seconds = _trials(found, plan, 0, 1)
-    _leave(found, order, plan, code, inputs, records, arrays, [seconds], out)
+    _leave(root, found, order, plan, code, records, arrays, [seconds], out)
 
 
-def gather(
-    root: Path,
-    order: Order,
-    code: str,
-    inputs: Mapping[str, str],
-    shards: list[Path],
-    out: Path,
-) -> None:
+def gather(root: Path, order: Order, code: str, shards: list[Path], out: Path) -> None:
     """Join the shards of an experiment into its result file and run record."""
     with _planned(root, order) as (found, plan):
         contents = [json.loads(shard.read_text("utf-8")) for shard in shards]
@@ -113,14 +134,14 @@ def gather(
         with np.load(shard.with_suffix(".npz")) as stored:
             arrays |= {key: stored[key] for key in stored}
     seconds = [content["seconds"] for content in contents]
-    _leave(found, order, plan, code, inputs, records, arrays, seconds, out)
+    _leave(root, found, order, plan, code, records, arrays, seconds, out)
 
 
 @contextmanager
 def _planned(root: Path, order: Order) -> Iterator[tuple[discover.Producer, Plan]]:
     """The experiment and its plan; inside, the rendered sets of its mark are open."""
     found = producer(root, "experiment", order.name)
-    with declared(found.rendered(order.effort)):
+    with declared(found.rendered(order.size.effort)):
         yield found, order.plan(root, found)
 
 
@@ -135,11 +156,11 @@ def _trials(
 
 
 def _leave(
+    root: Path,
     found: discover.Producer,
     order: Order,
     plan: Plan,
     code: str,
-    inputs: Mapping[str, str],
     records: Sequence[dict],
     arrays: Mapping[str, np.ndarray],
     seconds: Sequence[float],
@@ -149,10 +170,10 @@ def _leave(
     identity = {
         "experiment": order.name,
         "artefact": found.details["artefact"],
-        "effort": order.effort,
+        "effort": order.size.effort,
         "code": code,
         "seed": marks.ROOT_SEED,
-        "inputs": inputs,
+        "inputs": order.inputs(root),
     }
     results.gather(identity, plan, records, arrays, out)
     results.write_json(
@@ -171,14 +192,4 @@ def _leave(
 
 def input_hashes(root: Path, found: discover.Producer) -> dict[str, str]:
     """Return name -> SHA-256 of the declared inputs."""
-    return {Path(path).name: _hash_now(root / path) for path in found.inputs}
-
-
-def _hash_now(path: Path) -> str:
-    return _hash(path, path.stat().st_mtime_ns)
-
-
-@cache
-def _hash(path: Path, changed: int) -> str:
-    """SHA-256 of a file with this modification time; an unchanged one is read once."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return {Path(path).name: results.hash_of(root / path) for path in found.inputs}

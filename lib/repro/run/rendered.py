@@ -14,7 +14,6 @@ from pathlib import Path
 
 FOLDER = "data/synthetic"
 RIGS = "data/rigs"
-TIMES = f"{FOLDER}/.times"
 NAME = re.compile(r"([A-Za-z0-9][\w.-]*)/(0|[1-9]\d*)")
 CHECKOUT = Path(__file__).resolve().parents[3]
 

@@ -6,9 +6,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 
@@ -47,6 +49,16 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
             np.lib.format.write_array(data, np.ascontiguousarray(arrays[name]))
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), data.getvalue())
     write_atomic(path, buffer.getvalue())
+
+
+def hash_of(path: Path) -> str:
+    """SHA-256 of a file's content; an unchanged file is read once."""
+    return _hash(path, path.stat().st_mtime_ns)
+
+
+@cache
+def _hash(path: Path, changed: int) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def gather(

@@ -1,8 +1,5 @@
 """Gather the source of the site: its own pages, the executed chapters, the scoreboard.
 
-    python -m repro.site.assemble --effort full --pages NB... --scoreboard F --json F
-                                  --sets JSON... --out SOURCE
-
 Sphinx gets one folder with all sources. The guide to image sets is the README of
 `data/recorded`. The pages that depend on the build (the start page, one index per
 chapter) are templates in `report/source`, filled here: their numbers are counted from
@@ -12,9 +9,7 @@ which Sphinx copies to the top of the site.
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -23,7 +18,6 @@ from statistics import median
 
 from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
-from repro.page.notebook import PageError
 from repro.page.wording import literal
 from repro.run.kept import Kept
 from repro.site import artefacts, first_cell, notebooks, numbered, source_pages
@@ -224,25 +218,3 @@ def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[di
             }
         )
     return table
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Assemble the source of the site; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m repro.site.assemble")
-    parser.add_argument("--effort", choices=("quick", "full"), required=True)
-    parser.add_argument("--pages", nargs="*", type=Path, default=[])
-    parser.add_argument("--scoreboard", type=Path, required=True)
-    parser.add_argument("--json", type=Path, required=True)
-    parser.add_argument("--sets", nargs="*", type=Path, default=[])
-    parser.add_argument("--out", type=Path, required=True)
-    a = parser.parse_args(argv)
-    try:
-        assemble(Path.cwd(), a.effort, a.pages, a.scoreboard, a.json, a.out, a.sets)
-    except PageError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,5 @@
 """Check a built site: all links are valid, and nothing is loaded from a host.
 
-    python -m repro.site.check report/site
-
 A page must work from a folder on a disk without a network. So links are files (a folder
 would show a listing), anchors exist, images have alternative texts, and scripts,
 styles, fonts and images are part of the site. Links to other sites are allowed.
@@ -11,9 +9,7 @@ images.
 
 from __future__ import annotations
 
-import argparse
 import re
-import sys
 from collections.abc import Iterator
 from functools import cache
 from html.parser import HTMLParser
@@ -210,19 +206,3 @@ def _fault(
     ):
         return f"link {shown}: no such anchor in the page"
     return None
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Print every problem; exit status 1 if there is one."""
-    parser = argparse.ArgumentParser(prog="python -m repro.site.check")
-    parser.add_argument("site", type=Path)
-    problems = check_site(parser.parse_args(argv).site)
-    for problem in problems:
-        print(problem)
-    if problems:
-        print(f"{len(problems)} problem(s) in the site", file=sys.stderr)
-    return 1 if problems else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,12 +1,7 @@
-"""The scoreboard as a page: complete without JavaScript, filtered with it.
-
-python -m repro.site.scoreboard --effort full --judged DIR --out-json F --out-page F
-"""
+"""The scoreboard as a page: complete without JavaScript, filtered with it."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
@@ -15,8 +10,6 @@ from pathlib import Path
 from jinja2 import Environment
 
 from repro.judge.firmness import ALL, NONE, SOME
-from repro.judge.ledger import LedgerError
-from repro.judge.number_rules import VerdictError
 from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
 from repro.page.rows import SIGNS, row_templates, words_of
 from repro.run import discover
@@ -93,27 +86,13 @@ def written_before(changed: Sequence[str]) -> str:
     return str(macros.written_before(changed))
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Write the board's JSON and page; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m repro.site.scoreboard")
-    parser.add_argument("--effort", choices=("quick", "full"), required=True)
-    parser.add_argument("--judged", type=Path, required=True)
-    parser.add_argument("--out-json", type=Path, required=True)
-    parser.add_argument("--out-page", type=Path, required=True)
-    a = parser.parse_args(argv)
-    root = Path.cwd()
-    try:
-        rows = rows_of(root, a.effort, a.judged)
-    except (VerdictError, LedgerError) as error:
-        print(error, file=sys.stderr)
-        return 1
+def write_board(
+    root: Path, effort: str, judged: Path, rows_file: Path, page_file: Path
+) -> None:
+    """Write the board's JSON and page."""
+    rows = rows_of(root, effort, judged)
     sources = {discover.page_id(root, path) for path in discover.page_files(root)}
-    write_json(a.out_json, rows)
-    write_atomic(a.out_page, page(rows, sources))
+    write_json(rows_file, rows)
+    write_atomic(page_file, page(rows, sources))
     for name, count in headline(rows)["verdict"].items():
         print(f"{count:5d} {name}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

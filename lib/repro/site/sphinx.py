@@ -1,18 +1,17 @@
-"""Build the site with Sphinx, then replace the old one.
-
-python -m repro.site.sphinx --source SOURCE --out SITE
-"""
+"""Build the site with Sphinx, then replace the old one."""
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from repro.page.notebook import PageError
 from repro.run.results import WRITTEN
+from repro.site.assemble import assemble
+from repro.site.check import check_site
 from repro.site.mirror import Content, files_below, mirror
 
 DOWNLOADS = ("figures", "results", "notebooks", "source", "logs", "sets")
@@ -87,19 +86,20 @@ def _first_complaint(stderr: str, source: Path) -> str:
     return f"site: {first.replace(f'{source.resolve()}/', '')}{more}"
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Build the site; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m repro.site.sphinx")
-    parser.add_argument("--source", type=Path, required=True)
-    parser.add_argument("--out", type=Path, required=True)
-    a = parser.parse_args(argv)
-    try:
-        build_site(a.source, a.out)
-    except PageError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def make_site(
+    root: Path,
+    effort: str,
+    pages: Sequence[Path],
+    rows: Path,
+    scoreboard: Path,
+    sets: Sequence[str],
+    source: Path,
+    out: Path,
+) -> None:
+    """Assemble the source, build the site, and check it."""
+    assemble(root, effort, pages, scoreboard, rows, source, list(map(Path, sets)))
+    build_site(source, out)
+    problems = check_site(out)
+    if problems:
+        print("\n".join(problems))
+        raise PageError(f"{len(problems)} problem(s) in the site: {problems[0]}")

@@ -18,15 +18,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.workflow.forks import warm_jobs
+from repro.run.jobs import Size
 from repro.workflow.image_sets import sets_in
-from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
+from repro.workflow.plan import Plan, planned
+from repro.workflow.records import drop_damaged
 from repro.workflow.terminal import say
-from repro.workflow.work import Work, planned
 
 INTERRUPTED = "interrupted; run it again to continue (finished parts are kept)"
 WHOLE = ("report", "quick", "notebooks")
+CHAPTER = r"ch\d+|appendix_[a-z]"
 
 
 class OrderError(Exception):
@@ -55,6 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("target")
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     parser.add_argument("--trials", default="")
+    parser.add_argument("--scale", default="")
     parser.add_argument("--recorded", default="")
     parser.add_argument("--readings", choices=("open", "all"), default="open")
     parser.add_argument("--cores", default="")
@@ -64,32 +66,42 @@ def _parser() -> argparse.ArgumentParser:
 def _build(root: Path, options: argparse.Namespace) -> int:
     recorded = _checked_recorded(options.recorded)
     trials = _checked_trials(options.trials, options.target)
+    scale = _checked_scale(options.scale, trials)
     if options.target in WHOLE:
         _bring_photographs(root)
     planned.cache_clear()  # of an earlier build in the same process
-    work = planned(root, options.effort, trials, recorded)
-    targets = _targets(work, options.target)
-    drop_damaged(work)
-    _drop_judgements_of_gone_pages(work)
+    size = Size(options.effort, trials, scale)
+    target = "report" if options.target == "quick" else options.target
+    plan = planned(root, size, recorded, target, options.readings)
+    if not plan.final:
+        raise OrderError(_unknown(plan, target))
+    drop_damaged(plan)
+    _drop_judgements_of_gone_pages(plan)
+    if target == "report" and not (root / size.site / "index.html").is_file():
+        plan.record("site").unlink(missing_ok=True)
+    markers = [plan.marker(job) for job in plan.jobs.values()]
     words = [
-        *targets,
         "--cores", options.cores or str(os.cpu_count() or 1),
         "--logger", "raxel", "--nolock", "--rerun-incomplete", "--scheduler", "greedy",
-        "--config", *_config(options.effort, options.trials, recorded),
-        f"readings={options.readings}",
+        "--config", *_config(plan),
     ]  # fmt: skip
-    before = _ages(root, targets)
+    before = _ages(root, markers)
     done = _snakemake(words)
     if done:
-        _say_where(work, targets, changed=_ages(root, targets) != before)
+        _say_where(plan, changed=_ages(root, markers) != before)
     return 0 if done else 1
 
 
-def _config(effort: str, trials: str, recorded: str) -> list[str]:
+def _config(plan: Plan) -> list[str]:
     """Configuration for the rules; the path is in quotes that Snakemake does not
     remove."""
-    folder = f" {json.dumps(recorded, ensure_ascii=False)} " if recorded else ""
-    return [f"effort={effort}", f"trials={trials}", f"recorded={folder}"]
+    size, given = plan.size, plan.recorded
+    folder = f" {json.dumps(given, ensure_ascii=False)} " if given else ""
+    trials = "" if size.trials is None else size.trials
+    return [
+        f"target={plan.target}", f"effort={size.effort}", f"trials={trials}",
+        f"scale={size.scale}", f"readings={plan.readings}", f"recorded={folder}",
+    ]  # fmt: skip
 
 
 def _snakemake(words: list[str]) -> bool:
@@ -103,14 +115,14 @@ def _snakemake(words: list[str]) -> bool:
 
     parser, settings = parse_args(words)
     settings.max_jobs_per_timespan = None
-    with warm_jobs() as end_jobs, stopped_by_signals(end_jobs):
+    with stopped_by_signals():
         return args_to_api(settings, parser)
 
 
-def _drop_judgements_of_gone_pages(work: Work) -> None:
+def _drop_judgements_of_gone_pages(plan: Plan) -> None:
     """Remove judged files of renamed pages."""
-    folder = work.root / work.base / "judged"
-    kept = {work.root / path for path in work.judged()}
+    folder = plan.root / plan.base / "judged"
+    kept = {folder / f"{page}.json" for page in plan.pages}
     for path in folder.rglob("*.json"):
         if path not in kept:
             path.unlink()
@@ -133,13 +145,25 @@ def _checked_recorded(given: str) -> str:
 def _checked_trials(given: str, target: str) -> int | None:
     if not given:
         return None
-    if not given.isdigit() or int(given) < 1:
-        raise OrderError(f"TRIALS={given}: not a whole number above 0; give one")
-    if target in WHOLE or _is_chapter(target):
+    if target in WHOLE or re.fullmatch(CHAPTER, target):
         raise OrderError(
             "TRIALS: only for one artefact (a what-if, stored separately); name it, "
             "for example: make fig_2_3 TRIALS=500"
         )
+    return _number("TRIALS", given)
+
+
+def _checked_scale(given: str, trials: int | None) -> int:
+    if not given:
+        return 1
+    if trials is not None:
+        raise OrderError("SCALE: not together with TRIALS; give one of them")
+    return _number("SCALE", given)
+
+
+def _number(name: str, given: str) -> int:
+    if not given.isdigit() or int(given) < 1:
+        raise OrderError(f"{name}={given}: not a whole number above 0; give one")
     return int(given)
 
 
@@ -149,42 +173,13 @@ def _bring_photographs(root: Path) -> None:
     fetch(root / "data" / "recorded" / "opencv-left")
 
 
-def _targets(work: Work, target: str) -> list[str]:
-    """Files of a command."""
-    if target in ("report", "quick"):
-        if not (work.root / work.site / "index.html").is_file():
-            (work.root / work.site_done).unlink(missing_ok=True)
-        return [work.site_done]
-    if target == "notebooks":
-        return ["report/notebooks/.done"]
-    if _is_chapter(target):
-        pages = [p for p in work.pages if _in_chapter(p, target)]
-        if not pages:
-            raise OrderError(f"no page of {_chapter_name(target)} is built yet")
-        return [f"{work.pages_folder}/{page}.ipynb" for page in pages]
-    made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
-    if target not in made:
-        raise OrderError(_unknown(target, list(made)))
-    return work.files_of_artefact(made[target], target)
-
-
-def _is_chapter(target: str) -> bool:
-    return bool(re.fullmatch(r"ch\d+|appendix_[a-z]", target))
-
-
-def _in_chapter(page: str, target: str) -> bool:
-    """Whether a page is in ch02_some_title/ or in appendix_a/."""
-    return page.startswith((f"{target}_", f"{target}/"))
-
-
-def _chapter_name(target: str) -> str:
-    if target.startswith("ch"):
-        return f"chapter {int(target[2:])}"
-    return f"appendix {target[-1].upper()}"
-
-
-def _unknown(target: str, made: list[str]) -> str:
-    """Message for an unknown figure or table, with similar ids."""
+def _unknown(plan: Plan, target: str) -> str:
+    """Message for an unknown target, for artefacts with similar ids."""
+    if re.fullmatch(CHAPTER, target):
+        number, last = target.removeprefix("ch"), target[-1].upper()
+        name = f"chapter {int(number)}" if number.isdigit() else f"appendix {last}"
+        return f"no page of {name} is built yet"
+    made = [i for kind, i in plan.producers if kind in ("figure", "table")]
     near = difflib.get_close_matches(target, made, n=3)
     hint = f"did you mean {', '.join(near)}?" if near else "see the scoreboard"
     return f"{target}: no such figure or table; {hint}"
@@ -195,25 +190,18 @@ def _ages(root: Path, targets: list[str]) -> list[int]:
     return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
 
 
-def _say_where(work: Work, targets: list[str], changed: bool) -> None:
+def _say_where(plan: Plan, changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
-    shown = [target for target in targets if not target.endswith(".html")]
-    for target in shown[:1] if len(shown) > 3 else shown:
-        path = Path(target)
-        if target == work.site_done:
-            path = Path(work.site) / "index.html"
-        if path.name == ".done":
-            path = path.parent
-        for ending in (".svg", ".csv"):
-            if (
-                path.suffix == ".json"
-                and (work.root / path).with_suffix(ending).is_file()
-            ):
-                path = path.with_suffix(ending)
-                break
+    if plan.target == "report":
+        shown = [f"{plan.size.site}/index.html"]
+    elif plan.target == "notebooks":
+        shown = ["report/notebooks"]
+    else:
+        shown = [plan.product(name) for name in plan.final]
+    for path in shown if len(shown) < 4 else shown[:1]:
         say(f"{what}Look at {path}")
-    if work.site_done in targets:
-        for message in work.image_sets.messages():
+    if plan.target == "report":
+        for message in plan.image_sets.messages():
             say(message)
 
 

@@ -1,6 +1,4 @@
-"""The image sets of the report, and the job that calibrates one of them.
-
-    python -m repro.workflow.image_sets FOLDER NAME
+"""The image sets of the report, and the task that calibrates one of them.
 
 The calibration is the library's command, `raxel calibrate FOLDER`. A set that it
 rejects leaves its message.
@@ -21,8 +19,7 @@ from pathlib import Path
 
 from raxel.sets.folder import ENDINGS
 from repro.run.reach import Reach
-from repro.run.results import WRITTEN, write_json
-from repro.workflow.job import hash_of
+from repro.run.results import WRITTEN, hash_of, write_json
 
 RESULTS = "report/build/sets"
 DESCRIPTIONS = ("set.yaml", "mirror.yaml")
@@ -52,17 +49,9 @@ class ImageSets:
         records = [json.loads((self.root / p).read_text()) for p in self.results()]
         return [f"not calibrated: {r['message']}" for r in records if r["message"]]
 
-    def folder(self, wildcards) -> str:
-        """Parameter function: the folder of the set."""
-        return self.folders[wildcards.set]
-
-    def key(self, wildcards) -> str:
-        """Parameter function: the key over the code and all files of the set.
-
-        The files are no inputs of the rule, because Snakemake would take a `{` in a
-        user's file name for a wildcard.
-        """
-        return self._keys[wildcards.set]
+    def key(self, name: str) -> str:
+        """Return the key over the code and all files of a set."""
+        return self._keys[name]
 
     @cached_property
     def _keys(self) -> dict[str, str]:
@@ -120,12 +109,11 @@ def name_of(folder: Path) -> str:
     return name or "set"
 
 
-def main(argv: list[str] | None = None) -> int:
+def calibrate_set(folder: str, name: str) -> None:
     """Calibrate one set; write a record with the names of the results or the
     message."""
     from raxel import cli
 
-    folder, name = sys.argv[1:] if argv is None else argv
     out = Path(RESULTS) / name
     shutil.rmtree(out, ignore_errors=True)  # of earlier images
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -144,8 +132,3 @@ def main(argv: list[str] | None = None) -> int:
             "files": [path.relative_to(out).as_posix() for path in files],
         },
     )
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -7,16 +7,19 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import psutil
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+GRACE_S = 2.0
 
 
 @contextmanager
-def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
+def stopped_by_signals() -> Iterator[None]:
     """Raise KeyboardInterrupt(number) at the end if a signal arrived meanwhile.
 
-    It is not raised immediately, because a lock of Snakemake would remain locked.
-    ``stop`` ends the jobs and prevents new ones, so Snakemake soon finishes. Its
-    messages about that are suppressed. A second signal ends the process.
+    It is not raised immediately, because a lock of Snakemake would remain locked. The
+    jobs are ended, so Snakemake soon finishes; after a failed job it starts no other.
+    Its messages about that are suppressed. A second signal ends the process.
     """
     heard: list[int] = []
 
@@ -25,7 +28,7 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
         for one in SIGNALS:
             signal.signal(one, signal.SIG_DFL)
         logging.disable(logging.CRITICAL)
-        stop()
+        end_jobs()
 
     before = {one: signal.signal(one, hear) for one in SIGNALS}
     try:
@@ -40,6 +43,23 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
             signal.signal(one, handler)
     if heard:
         raise KeyboardInterrupt(heard[0])
+
+
+def end_jobs() -> None:
+    """Ask the processes that this one started to end; then kill them."""
+    running = psutil.Process().children(recursive=True)
+    for process in running:
+        _send(process, signal.SIGTERM)
+    _, left = psutil.wait_procs(running, GRACE_S)
+    for process in left:
+        _send(process, signal.SIGKILL)
+
+
+def _send(process: psutil.Process, number: int) -> None:
+    try:
+        process.send_signal(number)
+    except psutil.NoSuchProcess:
+        return
 
 
 @contextmanager

@@ -1,74 +1,98 @@
-"""One job: a command of `repro`, run and timed.
+"""One job: its tasks in order, without those whose product is fresh.
 
-    python -m repro.workflow.job LABEL MODULE ...
-
-runs `python -m MODULE ...`, and writes `LABEL.json` to the folder `RAXEL_TIMES` of the
-environment: its time and peak memory for `make times`, and the files that it wrote for
-`repro.workflow.intact`.
+python -m repro.workflow.job NAME MARKER --effort full ...
 """
 
 from __future__ import annotations
 
-import hashlib
-import importlib
-import os
+import argparse
+import fcntl
 import resource
+import signal
 import sys
 import time
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from raxel.errors import InputError
+from repro.page.notebook import PageError
+from repro.run.jobs import Size
 from repro.run.results import WRITTEN, write_json
+from repro.workflow import records
+from repro.workflow.plan import Job, Plan, Task, planned
 
-TIMES = "RAXEL_TIMES"
 USED = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
-def run(words: Sequence[str]) -> int:
-    """Run the job; return its exit status."""
-    label, name, *more = words
-    folder = os.environ.get(TIMES)
-    record = Path(folder) / f"{label}.json" if folder else None
-    if record:
-        record.unlink(missing_ok=True)
-    start, before = time.monotonic(), len(WRITTEN)
-    status = _command(name)(more)
-    if record and not status:
-        # Of this process, and of the processes that it has waited for.
-        used = [resource.getrusage(w) for w in USED]
-        took = {
-            "seconds": round(time.monotonic() - start, 2),
-            "processor_seconds": round(sum(u.ru_utime + u.ru_stime for u in used), 2),
-            "peak_mb": round(max(u.ru_maxrss for u in used) / 1024, 1),
-        }
-        files = left(WRITTEN[before:])
-        write_json(record, took | ({"files": files} if files else {}))
-    return status
+def run(plan: Plan, job: Job) -> None:
+    """Make what is not fresh, then leave the marker of the job.
+
+    Another process may still run the job, where a build was killed: it is waited for.
+    """
+    marker = plan.root / plan.marker(job)
+    marker.parent.mkdir(parents=True, exist_ok=True)
+    with marker.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for task in job.tasks:
+            if records.fresh(plan, task):
+                print(f"{task.name}: unchanged", flush=True)
+            else:
+                _make(plan, task)
+    write_json(marker, records.digests(plan, [task.name for task in job.tasks]))
 
 
-def left(paths: Iterable[Path]) -> dict[str, list]:
-    """File -> size, modification time (ns) and SHA-256, of existing files."""
-    return {str(p): [*stat_of(p), hash_of(p)] for p in paths if p.is_file()}
+def _make(plan: Plan, task: Task) -> None:
+    print(f"{task.name}:", flush=True)
+    plan.record(task.name).unlink(missing_ok=True)
+    needs, before = records.digests(plan, task.needs), len(WRITTEN)
+    start, used = time.monotonic(), _processor_seconds()
+    try:
+        task.make()
+    except BaseException as fault:
+        fault.add_note(f"in {task.name}")
+        raise
+    cost = {
+        "seconds": round(time.monotonic() - start, 2),
+        "processor_seconds": round(_processor_seconds() - used, 2),
+        "peak_mb": round(max(resource.getrusage(w).ru_maxrss for w in USED) / 1024, 1),
+    }
+    records.write(plan, task, needs, cost, WRITTEN[before:])
 
 
-def stat_of(path: Path) -> list[int]:
-    """Return size and modification time in ns."""
-    found = path.stat()
-    return [found.st_size, found.st_mtime_ns]
+def _processor_seconds() -> float:
+    """Of this process, and of the processes that it has waited for."""
+    used = [resource.getrusage(who) for who in USED]
+    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
-def hash_of(path: Path) -> str:
-    """SHA-256 of a file's content."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _leave(number: int, frame: object) -> None:
+    """End the job; unfinished files are removed."""
+    signal.signal(number, signal.SIG_IGN)
+    raise SystemExit(128 + number)
 
 
-def _command(name: str):
-    """The function that `python -m NAME` runs."""
-    module = importlib.import_module(name)
-    if hasattr(module, "__path__"):
-        module = importlib.import_module(f"{name}.__main__")
-    return module.main
+def main(argv: list[str] | None = None) -> int:
+    """Run one job of a plan; return its exit status."""
+    parser = argparse.ArgumentParser(prog="python -m repro.workflow.job")
+    parser.add_argument("stage")
+    parser.add_argument("name")
+    parser.add_argument("--effort", required=True)
+    parser.add_argument("--trials", type=int)
+    parser.add_argument("--scale", type=int, default=1)
+    parser.add_argument("--recorded", default="")
+    parser.add_argument("--target", default="report")
+    parser.add_argument("--readings", default="open")
+    a = parser.parse_args(argv)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+    size = Size(a.effort, a.trials, a.scale)
+    plan = planned(Path.cwd(), size, a.recorded, a.target, a.readings)
+    try:
+        run(plan, plan.jobs[a.stage, a.name])
+    except (InputError, PageError) as fault:
+        print(fault, file=sys.stderr)
+        return 1
+    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(run(sys.argv[1:]))
+    sys.exit(main())

@@ -1,6 +1,4 @@
-"""The job that renders a set, and the dependencies of the set.
-
-    python -m repro.workflow.rendering RIG SEED
+"""The task that renders a set, and the dependencies of the set.
 
 The simulator is used only through its command: `raxel render`.
 """
@@ -11,16 +9,15 @@ import hashlib
 import importlib
 import os
 import shutil
-import sys
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 
+from raxel.errors import InputError
 from repro.run.discover import Producer
 from repro.run.reach import Reach
 from repro.run.rendered import FOLDER, NAME, manifest, rig_file
-from repro.run.results import WRITTEN, write_json
-from repro.workflow.job import hash_of
+from repro.run.results import WRITTEN, hash_of, write_json
 
 COMMAND = "raxel.cli"
 CODE = ("raxel.cli.images", "render")
@@ -60,19 +57,13 @@ class RenderedSets:
         text = f"{self.reach.key(CODE)}\n{self._rig(name)}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
-    def of_rule(self, wildcards) -> str:
-        """Parameter function: the key of the set."""
-        return self.key(f"{wildcards.rig}/{wildcards.seed}")
-
     def _rig(self, name: str) -> str:
         return hash_of(self.root / rig_file(name))
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Render one set, completely or not at all, then its manifest; return the exit
-    status."""
-    rig, seed = sys.argv[1:] if argv is None else argv
-    name = f"{rig}/{seed}"
+def render_set(name: str) -> None:
+    """Render a set ``RIG/SEED``, completely or not at all, then its manifest."""
+    rig, seed = name.split("/")
     folder = Path(FOLDER) / name
     room = folder.with_name(f".{seed}")
     for left in (folder, room):  # of an older rig, or of a killed job
@@ -82,20 +73,14 @@ def main(argv: list[str] | None = None) -> int:
     try:
         render = importlib.import_module(COMMAND).main
         words = ["render", rig_file(name), "--out", str(made), "--seed", seed]
-        status = render(words)
-        if not status:
-            os.rename(made, folder)
+        if render(words):
+            raise InputError(
+                f"{rig_file(name)}: raxel render failed; see the line above"
+            )
+        os.rename(made, folder)
     finally:
         shutil.rmtree(room)
-    if not status:
-        files = sorted(path for path in folder.rglob("*") if path.is_file())
-        WRITTEN.extend(files)
-        hashes = {p.relative_to(folder).as_posix(): hash_of(p) for p in files}
-        write_json(
-            Path(manifest(name)), {"rig": rig, "seed": int(seed), "files": hashes}
-        )
-    return status
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    WRITTEN.extend(files)
+    hashes = {p.relative_to(folder).as_posix(): hash_of(p) for p in files}
+    write_json(Path(manifest(name)), {"rig": rig, "seed": int(seed), "files": hashes})
