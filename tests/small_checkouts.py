@@ -5,7 +5,7 @@ from pathlib import Path
 
 from repro.judge import ledger
 from repro.page import style
-from repro.page.execute import main
+from repro.page.execute import execute_page
 from repro.page.wording import literal
 from repro.run.as_columns import csv_text
 from repro.run.outcomes import Drawing
@@ -155,9 +155,9 @@ def write_page(root, text, name="s5_page"):
     return write(root / "chapters" / "ch02_sample" / name / "page.py", text)
 
 
-def run(page_file, out, *more):
-    """Execute a page as the workflow does; return the exit status."""
-    return main([str(page_file), "--effort", "quick", "--out", str(out), *more])
+def run(page_file, out):
+    """Execute a page as the workflow does."""
+    execute_page(Path.cwd(), page_file, "quick", out)
 
 
 def small_checkout(root):

@@ -169,7 +169,7 @@ def error_pose(kind, error):
     return pose(rotation_from_vector(np.radians(error)), np.zeros(3))
 
 
-@experiment("exp_c2_nonparam_any", artefact="fig_2_1", shards={"full": 2})
+@experiment("exp_c2_nonparam_any", artefact="fig_2_1")
 def two_known_grids(effort):
     """Every pixel of three cameras, calibrated by two known grids."""
     settings = {

@@ -251,7 +251,7 @@ def triplet_trial(condition, rng):
 TRIPLETS = {"quick": 100, "full": 1000}
 
 
-@experiment("exp_c2_pose_eight", artefact="sec_2_4_2", shards={"full": 4})
+@experiment("exp_c2_pose_eight", artefact="sec_2_4_2")
 def triplets(effort):
     """Every real solution of (2.26) for random triplets of rays."""
     conditions = crossed(anchors=("common", "distinct"))

@@ -218,7 +218,7 @@ def run_trial(condition, rng):
     }
 
 
-@experiment("alg_1_run", artefact="alg_1", shards={"quick": 2, "full": 2})
+@experiment("alg_1_run", artefact="alg_1")
 def algorithm_run(effort):
     """The six steps of Algorithm 1 on synthetic boards, for two cameras."""
     settings = {

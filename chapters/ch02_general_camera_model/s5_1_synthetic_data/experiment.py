@@ -244,7 +244,7 @@ def fisheye_trial(condition, rng):
     return scores(data, ("opencv_fisheye",))
 
 
-@experiment("fig_2_3_fisheye", artefact="fig_2_3", shards={"full": 2})
+@experiment("fig_2_3_fisheye", artefact="fig_2_3")
 def fisheye_sweep(effort):
     """The first trials of `fov_sweep` in the primary interpretation."""
     cases = [
@@ -261,7 +261,7 @@ def laws_trial(condition, rng):
     return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
 
 
-@experiment("fig_2_3_laws", artefact="fig_2_3", shards={"full": 2})
+@experiment("fig_2_3_laws", artefact="fig_2_3")
 def law_sweep(effort):
     """Four laws at 90 degrees: same image radius, rays and noise."""
     cases = conditions("all four", [LAWS_FOV_DEG], [FOV_NOISE])

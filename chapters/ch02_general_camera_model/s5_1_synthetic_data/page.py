@@ -161,14 +161,14 @@ def trial(condition, rng):
     return out | scores(data, METHODS)
 
 
-@experiment("fig_2_3_noise", artefact="fig_2_3", shards={"quick": 2, "full": 6})
+@experiment("fig_2_3_noise", artefact="fig_2_3")
 def noise_sweep(effort):
     """Fig. 2.3(a): rising noise, a lens the pinhole model can follow."""
     cases = conditions("lens", [NOISE_FOV_DEG], LEVELS)
     return Plan(trial, cases, TRIALS[effort], SETTINGS)
 
 
-@experiment("fig_2_3_fov", artefact="fig_2_3", shards={"quick": 2, "full": 8})
+@experiment("fig_2_3_fov", artefact="fig_2_3")
 def fov_sweep(effort):
     """Fig. 2.3(b): rising field of view of an equidistance lens."""
     cases = conditions("equidistance", FOVS_DEG, [FOV_NOISE])

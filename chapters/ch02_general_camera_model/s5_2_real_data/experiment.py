@@ -574,7 +574,6 @@ def read_trial(condition, rng, counts, errors):
 @experiment(
     "table_2_2_readings",
     artefact="table_2_2",
-    shards={"full": 4},
     inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
@@ -587,7 +586,6 @@ def read_seeds(effort, results):
 @experiment(
     "fig_2_7_smooth",
     artefact="table_2_2",
-    shards={"full": 3},
     inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )
@@ -597,9 +595,7 @@ def smooth_seeds(effort, results):
     return Plan(trial, IN_PAIRS, PAIRED[effort], settings(effort))
 
 
-@experiment(
-    "ext_table_2_2_exact", artefact="table_2_2", shards={"full": 2}, inputs=ZOOM_RIGS
-)
+@experiment("ext_table_2_2_exact", artefact="table_2_2", inputs=ZOOM_RIGS)
 def exact_seeds(effort):
     """Set 3 with exact corners: residuals that the detector does not cause."""
     none = {STAGE_ZOOM: np.zeros((1, *true_shape(STAGE_ZOOM)))}

@@ -198,12 +198,7 @@ def rendered_trial(condition, rng, counts):
     return out
 
 
-@experiment(
-    "table_2_2_rendered",
-    artefact="table_2_2",
-    shards={"quick": 3, "full": 9},
-    inputs=ZOOM_RIGS,
-)
+@experiment("table_2_2_rendered", artefact="table_2_2", inputs=ZOOM_RIGS)
 def rendered_seeds(effort):
     """Simulated runs with rendered images."""
     trial = partial(rendered_trial, counts=COUNTS[effort])
@@ -213,7 +208,6 @@ def rendered_seeds(effort):
 @experiment(
     "table_2_2_redrawn",
     artefact="table_2_2",
-    shards={"quick": 3, "full": 16},
     inputs=ZOOM_RIGS,
     needs=("table_2_2_rendered",),
 )

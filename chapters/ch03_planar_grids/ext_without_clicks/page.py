@@ -166,7 +166,7 @@ def rejections(board):
     return out
 
 
-@experiment("ext_without_clicks_zoo", artefact="ext_without_clicks", shards={"full": 4})
+@experiment("ext_without_clicks_zoo", artefact="ext_without_clicks")
 def zoo(effort):
     """Boards in front of the zoo's cameras, every detector, and rejections."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]

@@ -596,7 +596,7 @@ def square_trial(condition, rng):
     return clicked_score(board, BOARDS_NOISE_SD, rng)
 
 
-@experiment("exp_c3_big_square", artefact="sec_3_1_2", shards={"full": 2})
+@experiment("exp_c3_big_square", artefact="sec_3_1_2")
 def big_squares(effort):
     """Sizes of square at three wide fields of view."""
     across = SQUARES_ACROSS[::6] if effort == "quick" else SQUARES_ACROSS

@@ -212,7 +212,7 @@ def candidates_of(result):
     return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
 
 
-@experiment("fig_3_1_cameras", artefact="fig_3_1", shards={"full": 2})
+@experiment("fig_3_1_cameras", artefact="fig_3_1")
 def cameras(effort):
     """The same settings on images of four kinds of camera."""
     conditions = [
@@ -227,14 +227,14 @@ def window_trial(condition, rng):
     return clicked_score(SyntheticBoard(), BOARDS_NOISE_SD, rng, settings)
 
 
-@experiment("table_3_1_window", artefact="table_3_1", shards={"full": 2})
+@experiment("table_3_1_window", artefact="table_3_1")
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
     taken = MULTIPLIERS[::4] if effort == "quick" else MULTIPLIERS
     return Plan(window_trial, [{"multiplier": m} for m in taken], BOARDS[effort])
 
 
-@experiment("table_3_1_growth", artefact="table_3_1", shards={"full": 2})
+@experiment("table_3_1_growth", artefact="table_3_1")
 def growth(effort):
     """Broken edges, each image with and without growing windows."""
     return Plan(growth_trial, list(BROKEN.values()), PAIRS[effort])

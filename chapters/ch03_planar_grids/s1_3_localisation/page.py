@@ -172,7 +172,7 @@ def derivative_trial(condition, rng):
     return settled_residuals(found, start, board)
 
 
-@experiment("fig_3_5_derivative", artefact="fig_3_5", shards={"full": 4})
+@experiment("fig_3_5_derivative", artefact="fig_3_5")
 def derivative_sweep(effort):
     """The derivative method with every window, on boards of four scales."""
     conditions = [

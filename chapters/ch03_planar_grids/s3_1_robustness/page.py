@@ -164,7 +164,7 @@ def robustness_trial(condition, rng):
 
 
 # %%
-@experiment("fig_3_11_noise", artefact="fig_3_11", shards={"full": 4})
+@experiment("fig_3_11_noise", artefact="fig_3_11")
 def noise_sweep(effort):
     """Fig. 3.11(a): noise, at full and at half contrast."""
     conditions = [
@@ -181,8 +181,7 @@ def noise_sweep(effort):
         "fig_3_11_square": "fig_3_11",
         "fig_3_11_fov": "fig_3_11",
         "fig_3_11_yaw": "fig_3_11",
-    },
-    shards={"full": 2},
+    }
 )
 def other_sweeps(effort, identifier):
     """Fig. 3.11(b) to (e): blur, size of the squares, fisheye distortion, yaw."""

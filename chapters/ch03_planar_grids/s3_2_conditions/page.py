@@ -157,7 +157,6 @@ SETS_TAKEN = {
     "full": ["spherical", "hyperboloidal", "fisheye", "flexible-mirror"],
 }
 SHADOW_DEPTH = 0.3
-JOBS = {"full": 3}
 LEVELS = {"quick": [0.8, 0.1], "full": list(LIGHT_LEVELS)}
 SETTINGS = {
     "clicks_sd_px": 0.614,
@@ -176,13 +175,13 @@ def in_blocks(effort, blocks, **more):
     ]
 
 
-@experiment("fig_3_14_parts", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
+@experiment("fig_3_14_parts", artefact="fig_3_14", inputs=LARGE_RIGS)
 def parts(effort):
     """The largest part for CELECT, and for OpenCV inside a white border."""
     return Plan(partial_trial, large_grids(effort), PART_IMAGES[effort], SETTINGS)
 
 
-@experiment("fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
+@experiment("fig_3_14_parts_sb", artefact="fig_3_14", inputs=LARGE_RIGS)
 def parts_sb(effort):
     """The first of the same images for the sector-based detector."""
     conditions = large_grids(effort)
@@ -211,7 +210,7 @@ def contrast_trial(condition, rng):
     return values
 
 
-@experiment("exp_c3_low_contrast", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
+@experiment("exp_c3_low_contrast", artefact="sec_3_3_2", inputs=RIGS)
 def low_contrast(effort):
     """Spherical images, each in every light."""
     conditions = in_blocks(effort, LIGHT_BLOCKS, levels=LEVELS[effort])
@@ -240,7 +239,7 @@ def shadow_trial(condition, rng):
     return values
 
 
-@experiment("exp_c3_shadow", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
+@experiment("exp_c3_shadow", artefact="sec_3_3_2", inputs=RIGS)
 def shadow(effort):
     """Fisheye images, without and with a shadow."""
     conditions = in_blocks(effort, SHADOW_BLOCKS)
@@ -256,7 +255,7 @@ def direction_trial(condition, rng):
     return eight_orders(image, lattice, offsets)
 
 
-@experiment("exp_c3_trace_direction", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
+@experiment("exp_c3_trace_direction", artefact="sec_3_3_2", inputs=RIGS)
 def trace_direction(effort):
     """Images of all sets, four first corners times two directions."""
     conditions = [
@@ -276,7 +275,7 @@ def merging_trial(condition, rng):
     return merging(both_tones(image, lattice, offsets))
 
 
-@experiment("exp_c3_merge_images", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
+@experiment("exp_c3_merge_images", artefact="sec_3_3_2", inputs=RIGS)
 def merge_images(effort):
     """More fisheye images without shadow, for CELECT alone."""
     # Named, as equal conditions would draw the images of the shadow study again.

@@ -259,7 +259,6 @@ SET_OF = {
         "table_3_6_grids": "table_3_6",
         "table_3_7_grids": "table_3_7",
     },
-    shards={"full": 4},
     inputs=RIGS,
 )
 def pictures_of_sets(effort, identifier):

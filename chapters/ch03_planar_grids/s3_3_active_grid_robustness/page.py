@@ -142,7 +142,7 @@ from repro.run import Plan, experiment
 
 
 # %%
-@experiment("fig_3_15_sweeps", artefact="fig_3_15", shards={"full": 3}, rendered=SETS)
+@experiment("fig_3_15_sweeps", artefact="fig_3_15", rendered=SETS)
 def all_sweeps(effort):
     """Fig. 3.15: distance, orientation, blur and noise, on every set."""
     return Plan(robustness_trial, conditions(effort), 1, SETTINGS)

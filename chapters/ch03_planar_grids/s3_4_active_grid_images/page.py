@@ -158,9 +158,7 @@ from repro.run import Plan, experiment
 WHAT = {"grid": "20 patterns, 8 x 8 cells", "board": "15 x 15 corners"}
 
 
-@experiment(
-    "table_3_8_corners", artefact="table_3_8", shards={"full": 3}, rendered=CORNER_SETS
-)
+@experiment("table_3_8_corners", artefact="table_3_8", rendered=CORNER_SETS)
 def table_3_8_corners(effort):
     """Corners by four methods at every setting, near, in three interpretations."""
     conditions = corner_conditions(effort, ("near", "16 bits", "sharp"))

@@ -121,7 +121,7 @@ from repro.run import Plan, crossed, experiment
 
 
 # %%
-@experiment("ext_lens_known", artefact="ext_lens_formula_figure", shards={"full": 2})
+@experiment("ext_lens_known", artefact="ext_lens_formula_figure")
 def known_lenses(effort):
     """Three known lenses, every model."""
     return Plan(lens_trial, crossed(lens=LENSES), TRIALS[effort], SETTINGS)

@@ -124,9 +124,7 @@ def trial(condition, rng):
     return scores(scene, *calibrate(scene))
 
 
-@experiment(
-    "ext_smooth_rays_runs", artefact="ext_smooth_rays_figure", shards={"full": 2}
-)
+@experiment("ext_smooth_rays_runs", artefact="ext_smooth_rays_figure")
 def runs(effort):
     """All noise levels, lenses and numbers of grids."""
     return Plan(trial, list(CONDITIONS), TRIALS[effort], SMOOTH_SETTINGS)

@@ -187,7 +187,7 @@ def precision_trial(condition, rng):
     return out
 
 
-@experiment("exp_c4_svd_precision", artefact="ext_svd_precision", shards={"full": 2})
+@experiment("exp_c4_svd_precision", artefact="ext_svd_precision")
 def precisions(effort):
     """20 000 pairs, exact and with noise, normalised and not."""
     conditions = crossed(noise_px=(NOISE_PX, 0.0), normalised=(True, False))

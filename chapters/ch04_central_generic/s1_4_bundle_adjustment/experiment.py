@@ -147,7 +147,7 @@ def _spread(centres):
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
 
-@experiment("exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"full": 2})
+@experiment("exp_c4_centre_ba_unstable", artefact="sec_4_1_4")
 def unstable(effort):
     """Ends of adjustments with a free centre, from many starts."""
     return Plan(starts_trial, [{"starts": STARTS[effort]}], SCENES[effort], SETTINGS)

@@ -141,7 +141,7 @@ def levels():
     ]
 
 
-@experiment("fig_4_2_fixed", artefact="fig_4_2", shards={"full": 2})
+@experiment("fig_4_2_fixed", artefact="fig_4_2")
 def fixed_sweep(effort):
     """The sweep of Fig. 4.2 with one configuration of grids and rays."""
     settings = SETTINGS | {"fixed_seed": FIXED_SEED}

@@ -136,7 +136,7 @@ def trial(condition, rng):
     return out
 
 
-@experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"full": 2})
+@experiment("fig_4_2_redrawn", artefact="fig_4_2")
 def redrawn_sweep(effort):
     """Fig. 4.2: all noise levels, every trial with its own grids and rays."""
     return Plan(trial, levels(), TRIALS[effort], SETTINGS | {"fov_deg": FOV_DEG})

@@ -328,7 +328,6 @@ def measured_runs(results, effort):
 @experiment(
     "table_4_1_redrawn",
     artefact="table_4_1",
-    shards={"full": 2},
     inputs=KODAK_RIGS,
     needs=("table_4_1_rendered",),
 )

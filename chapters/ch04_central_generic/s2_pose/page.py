@@ -176,7 +176,7 @@ def noise_trial(condition, rng):
     return out
 
 
-@experiment("fig_4_4_noise", artefact="fig_4_4", shards={"full": 2})
+@experiment("fig_4_4_noise", artefact="fig_4_4")
 def noise_sweep(effort):
     """Plan pose errors against noise, in px and mm, for two kinds of rays."""
     levels = LEVELS if effort == "full" else LEVELS[::2]

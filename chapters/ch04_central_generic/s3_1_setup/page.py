@@ -134,9 +134,7 @@ from repro.run import Plan, experiment
 
 
 # %%
-@experiment(
-    "sec_4_3_1_field", artefact="sec_4_3_1", shards={"full": 2}, rendered=GRID_SETS
-)
+@experiment("sec_4_3_1_field", artefact="sec_4_3_1", rendered=GRID_SETS)
 def calibrated_field(effort):
     """Plan the decoded shares of the field."""
     return Plan(field_trial, grid_conditions(effort), 1, {})

@@ -159,9 +159,7 @@ from repro.run import Plan, experiment
 
 
 # %%
-@experiment(
-    "table_4_3_rendered", artefact="table_4_3", shards={"full": 2}, rendered=GRID_SETS
-)
+@experiment("table_4_3_rendered", artefact="table_4_3", rendered=GRID_SETS)
 def rendered_runs(effort):
     """Plan rendered runs of both cameras, from images to tables."""
     settings = {
@@ -181,7 +179,6 @@ def decoding_errors(effort):
 @experiment(
     "table_4_3_redrawn",
     artefact="table_4_3",
-    shards={"full": 2},
     inputs=GRID_RIGS,
     needs=("table_4_3_errors",),
 )

@@ -612,16 +612,14 @@ LINES = {"quick": 2, "full": 50}
 LINES_STEP = {"quick": 4, "full": 12}
 
 
-@experiment("fig_4_9_boards", artefact="fig_4_9", rendered=ALL_SETS, shards={"full": 2})
+@experiment("fig_4_9_boards", artefact="fig_4_9", rendered=ALL_SETS)
 def boards(effort):
     """Plan corrected chessboards of the rendered runs of both cameras."""
     cases = [case | {"step": STEP[effort]} for case in grid_conditions(effort)]
     return Plan(run_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
 
 
-@experiment(
-    "fig_4_7_pictures", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2}
-)
+@experiment("fig_4_7_pictures", artefact="fig_4_7", rendered=GRID_SETS)
 def room_images(effort):
     """Plan two frames of a room by each camera, original and corrected."""
     cases = [
@@ -632,11 +630,7 @@ def room_images(effort):
 
 
 @experiment(
-    "fig_4_7_lines",
-    artefact="fig_4_7",
-    rendered=GRID_SETS,
-    shards={"full": 2},
-    needs=("table_4_3_errors",),
+    "fig_4_7_lines", artefact="fig_4_7", rendered=GRID_SETS, needs=("table_4_3_errors",)
 )
 def lines(effort, results):
     """Plan redrawn calibrations of both cameras: edges and field of view."""

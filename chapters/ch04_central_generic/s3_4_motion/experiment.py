@@ -419,9 +419,7 @@ def corner_trial(condition, rng, every):
     }
 
 
-@experiment(
-    "fig_4_10_corners", artefact="fig_4_10", shards={"full": 2}, inputs=RIG_FILES
-)
+@experiment("fig_4_10_corners", artefact="fig_4_10", inputs=RIG_FILES)
 def detected_corners(effort):
     """Plan corners of the target in rendered images, by both detectors."""
     trial = partial(corner_trial, every=EVERY[effort])

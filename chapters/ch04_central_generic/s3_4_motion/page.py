@@ -246,13 +246,7 @@ def rendered_runs(effort, results):
     return Plan(trial_of(results, effort), seeds, 1, SETTINGS | CALIBRATION)
 
 
-@experiment(
-    "fig_4_10_seeds",
-    artefact="fig_4_10",
-    shards={"full": 2},
-    inputs=RIG_FILES,
-    needs=MEASURED,
-)
+@experiment("fig_4_10_seeds", artefact="fig_4_10", inputs=RIG_FILES, needs=MEASURED)
 def redrawn_runs(effort, results):
     """Plan motions of further runs, with redrawn corners."""
     return Plan(trial_of(results, effort), [{}], N_RUNS[effort], SETTINGS | CALIBRATION)

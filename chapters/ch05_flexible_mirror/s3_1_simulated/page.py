@@ -142,7 +142,7 @@ def trial(condition, rng):
     return each_level(condition, draw(condition, rng))
 
 
-@experiment("fig_5_5_sweeps", artefact="fig_5_5", shards={"full": 2})
+@experiment("fig_5_5_sweeps", artefact="fig_5_5")
 def sweeps(effort):
     """Fig. 5.5: noise, depth and curvature, in the set-up of each interpretation."""
     return Plan(trial, conditions(), TRIALS[effort], SETTINGS, UNSEEN)

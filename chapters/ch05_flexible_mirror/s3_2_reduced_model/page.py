@@ -147,11 +147,7 @@ FEWER = {"quick": 1, "full": 20}
 
 # %%
 @experiment(
-    "fig_5_7_runs",
-    artefact="fig_5_7",
-    shards={"full": 2},
-    inputs=GEOMETRY_A,
-    needs=("sec_5_3_3_errors",),
+    "fig_5_7_runs", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def runs(effort, results):
     """Rig A at all levels, calibrated in every interpretation."""

@@ -145,7 +145,6 @@ from repro.run import Plan, crossed, experiment
 @experiment(
     "sec_5_3_3_errors",
     artefact="sec_5_3_3",
-    shards={"full": 2},
     inputs=(
         "data/rigs/flexible-mirror-a.yaml",
         "data/rigs/flexible-mirror-a-monitor.yaml",
@@ -189,7 +188,6 @@ def picture_errors(effort):
 @experiment(
     "bench_mirror",
     artefact="ext_mirror_bench",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
@@ -201,7 +199,6 @@ def bench(effort, results):
 @experiment(
     "bench_mirror_second",
     artefact="ext_mirror_bench",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
@@ -251,12 +248,7 @@ def moved(effort):
 
 
 # %%
-@experiment(
-    "ext_mirror_trust_runs",
-    artefact="ext_mirror_trust_figure",
-    shards={"full": 2},
-    inputs=BOTH,
-)
+@experiment("ext_mirror_trust_runs", artefact="ext_mirror_trust_figure", inputs=BOTH)
 def trust_runs(effort):
     """Three stages, calibrated together."""
     surfaces = {"geometry": ("A", "B"), "aberration_um": (0.0, 10.0)}

@@ -147,7 +147,6 @@ FEWER = {"quick": 1, "full": 20}
 @experiment(
     "table_5_1_runs",
     artefact="table_5_1",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
@@ -159,7 +158,6 @@ def runs(effort, results):
 @experiment(
     "table_5_1_swept",
     artefact="table_5_1",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
@@ -212,7 +210,6 @@ SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False)}
 @experiment(
     "table_5_1_rendered",
     artefact="ext_mirror_rendered_table",
-    shards={"full": 6},
     inputs=(
         "data/rigs/flexible-mirror-a.yaml",
         "data/rigs/flexible-mirror-a-monitor.yaml",

@@ -156,7 +156,6 @@ ABLATED = {"quick": 1, "full": 24}
 @experiment(
     "table_5_5_runs",
     artefact="table_5_5",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
@@ -168,7 +167,6 @@ def runs(effort, results):
 @experiment(
     "table_5_5_swept",
     artefact="table_5_5",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )

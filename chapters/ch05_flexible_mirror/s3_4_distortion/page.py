@@ -155,7 +155,6 @@ def edges(effort):
 @experiment(
     "table_5_6_runs",
     artefact="table_5_6",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )

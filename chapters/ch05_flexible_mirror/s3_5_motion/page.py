@@ -150,7 +150,6 @@ FEWER = {"quick": 1, "full": 10}
 @experiment(
     "table_5_7_runs",
     artefact="table_5_7",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )

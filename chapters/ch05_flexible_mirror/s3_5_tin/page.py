@@ -145,7 +145,6 @@ MARGIN_PX = {"quick": 12, "full": 150}
 @experiment(
     "table_5_8_runs",
     artefact="table_5_8",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )

@@ -116,7 +116,6 @@ PUSHES = {"quick": 1, "full": 3}
 @experiment(
     "table_5_9_runs",
     artefact="table_5_9",
-    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )

@@ -24,9 +24,7 @@ from repro.run import Plan, experiment
 
 
 # %%
-@experiment(
-    "ext_benchmark_scores", artefact="ext_methods", shards={"full": 3}, inputs=ZOOM_RIGS
-)
+@experiment("ext_benchmark_scores", artefact="ext_methods", inputs=ZOOM_RIGS)
 def ext_benchmark_scores(effort):
     """Small rendered sets, scored as raxel score does."""
     conditions = [{"rig": name} for name in SCORED[effort]]

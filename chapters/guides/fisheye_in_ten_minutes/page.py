@@ -37,7 +37,6 @@ RECORDED = "calibrations"  # of data/records
 @experiment(
     "ext_fisheye_pictures",
     artefact="ext_fisheye_corners",
-    shards={"full": 2},
     inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
 )
 def ext_fisheye_pictures(effort):

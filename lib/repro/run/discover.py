@@ -45,10 +45,6 @@ class Producer:
         rigs = [rig_file(name) for size in sizes for name in self.rendered(size)]
         return tuple(dict.fromkeys([*self.details.get("inputs", ()), *rigs]))
 
-    def shards(self, effort: str) -> int:
-        """Return the number of jobs of an experiment of this size."""
-        return (self.details.get("shards") or {}).get(effort, 1)
-
     def rendered(self, effort: str) -> tuple[str, ...]:
         """Return the rendered sets, ``RIG/SEED``, that an experiment of this size
         opens."""

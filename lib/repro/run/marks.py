@@ -37,26 +37,24 @@ def experiment(
     identifier: str,
     *,
     artefact: str,
-    shards: Mapping[str, int] | None = None,
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
     rendered: Mapping[str, Sequence[str]] | None = None,
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(effort) -> Plan`` as an experiment.
 
-    ``shards`` is the number of jobs per size, one by default; a job should take about a
-    minute, and the result does not depend on the number. With ``needs`` an
-    experiment reads others, as ``function(effort, results)``: for trials that draw
-    measurement errors from those found in rendered images. ``rendered`` declares the
-    image sets that it opens by `repro.run.rendered.rendered_set`, as {"quick":
-    ("RIG/SEED", ...), "full": (...)}; a separate job renders each, and their rigs are
-    inputs. ``inputs`` lists other rigs that it reads.
+    With ``needs`` an experiment reads others, as ``function(effort, results)``: for
+    trials that draw measurement errors from those found in rendered images.
+    ``rendered`` declares the image sets that it opens by
+    `repro.run.rendered.rendered_set`, as {"quick": ("RIG/SEED", ...), "full": (...)};
+    a separate task renders each, and their rigs are inputs. ``inputs`` lists other rigs
+    that it reads. The workflow divides a long experiment into parts; the result does
+    not depend on them.
     """
     return _mark(
         "experiment",
         identifier,
         artefact=artefact,
-        shards=shards or {},
         inputs=inputs,
         needs=needs,
         rendered=rendered or {},
@@ -66,7 +64,6 @@ def experiment(
 def experiments(
     artefacts: Mapping[str, str],
     *,
-    shards: Mapping[str, int] | None = None,
     inputs: Sequence[str] = (),
     needs: Sequence[str] = (),
     rendered: Mapping[str, Sequence[str]] | None = None,
@@ -82,7 +79,6 @@ def experiments(
             one = experiment(
                 identifier,
                 artefact=artefact,
-                shards=shards,
                 inputs=inputs,
                 needs=needs,
                 rendered=rendered,

@@ -16,6 +16,7 @@ from pathlib import Path
 from raxel.errors import InputError
 from repro.page.notebook import PageError
 from repro.run.jobs import Size
+from repro.run.rendered import declared
 from repro.run.results import WRITTEN, write_json
 from repro.workflow import records
 from repro.workflow.plan import Job, Plan, Task, planned
@@ -46,7 +47,8 @@ def _make(plan: Plan, task: Task) -> None:
     needs, before = records.digests(plan, task.needs), len(WRITTEN)
     start, used = time.monotonic(), _processor_seconds()
     try:
-        task.make()
+        with declared(()):  # an experiment opens its own; other tasks open none
+            task.make()
     except BaseException as fault:
         fault.add_note(f"in {task.name}")
         raise

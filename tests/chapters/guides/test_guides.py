@@ -28,9 +28,9 @@ from repro.page import reader
 from repro.page.film import film_page
 from repro.page.method_looks import check_looks
 from repro.page.style import check_axes
-from repro.run.jobs import producer
+from repro.run.jobs import Size, producer
 from repro.run.outcomes import Film, Measured, Panel, Plan
-from repro.workflow.work import Work
+from repro.workflow import plan as workflow
 from tests.made_results import OfLaw, as_planned, of_columns, plan_of, written
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -340,13 +340,13 @@ def test_answer_sheet_lists_answers_and_common_mistakes():
 
 
 def test_changed_chapter_page_rebuilds_the_teachers_page():
-    work = Work(ROOT, "quick", None, {})
-    read = work.pages_read("guides/for_teachers")
+    plan = workflow.Plan(ROOT, Size("quick"))
+    read = plan.pages_read("guides/for_teachers")
     assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
     assert not any("guides" in name for name in read)
     assert "chapters/appendix_a/phase_and_harmonics/page.py" in read
     assert "README.md" in read
-    assert work.pages_read("guides/choose_a_method") == []
+    assert plan.pages_read("guides/choose_a_method") == []
 
 
 def test_class_runs_are_counted(results):

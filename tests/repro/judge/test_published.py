@@ -2,15 +2,14 @@
 
 import csv
 import inspect
-from types import SimpleNamespace
 
 import pytest
 
 from repro.judge.ledger import LedgerError, load
 from repro.page import draw
 from repro.run import discover, jobs, marks
-from repro.workflow.keys import CodeKeys
-from repro.workflow.work import Work
+from repro.run.jobs import Size
+from repro.workflow.plan import Plan
 from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
@@ -67,11 +66,10 @@ def test_unknown_printed_number_is_rejected(checkout, monkeypatch):
 
 def test_changed_printed_value_rebuilds_table(checkout):
     root = checkout("s3_3_1_noise_fail")
-    wildcards = SimpleNamespace(artefact="ext_beside")
-    key = CodeKeys(Work(root, "full", None, {})).table(wildcards)
+    key = Plan(root, Size("full")).tasks["table/ext_beside"].key()
     numbers = root / "data" / "published" / "numbers.yaml"
     numbers.write_text(numbers.read_text().replace("  value: 26\n", "  value: 27\n"))
-    assert CodeKeys(Work(root, "full", None, {})).table(wildcards) != key
+    assert Plan(root, Size("full")).tasks["table/ext_beside"].key() != key
 
 
 @pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])

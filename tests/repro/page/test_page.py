@@ -30,11 +30,11 @@ def test_page_runs_without_home_and_kernel(page, tmp_path, monkeypatch):
         "# print(os.getcwd(), os.environ['RAXEL_PAGE'], sys.executable)\n"
     )
     out = folder / "pages" / "ch02_sample" / "s1.ipynb"
-    assert run(page(text), out) == 0
+    run(page(text), out)
     first = out.read_bytes()
     printed = nbformat.read(out, 4).cells[1].outputs[0].text.strip()
     assert printed == f"{folder} ch02_sample/s1 {os.sys.executable}"
-    assert run(page(text), out) == 0
+    run(page(text), out)
     assert out.read_bytes() == first
     assert sorted(path.name for path in folder.iterdir()) == [".cache", "pages"]
 
@@ -47,7 +47,7 @@ def test_cell_outputs_are_stored(page, tmp_path, monkeypatch):
     )
     path = page(f"# %% [markdown]\n# # T\n\n# %%\n{cell}\n\n# %%\nNone\n")
     out = tmp_path / "pages" / "ch02_sample" / "s5_page.ipynb"
-    assert run(path, out) == 0
+    run(path, out)
     stream, first, last = nbformat.read(out, 4).cells[1].outputs
     assert stream.text == "two\n"
     assert first.data["text/html"] == "<i>one</i>"
@@ -55,26 +55,27 @@ def test_cell_outputs_are_stored(page, tmp_path, monkeypatch):
     assert nbformat.read(out, 4).cells[2].outputs == []
 
 
-def test_failing_cell_is_one_line(page, tmp_path, monkeypatch, capfd):
+def test_failing_cell_is_one_line(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cell = "def f():\n    return 1 / 0\n\n\n# %%\nf()"
     path = page(f"# %% [markdown]\n# # T\n\n# %%\n{cell}\n")
     out = tmp_path / "pages" / "ch02_sample" / "s5_page.ipynb"
     write_atomic(out, "the old one")
-    assert run(path, out) == 1
-    last = capfd.readouterr().err.strip().splitlines()[-1]
+    with pytest.raises(PageError) as fault:
+        run(path, out)
+    last = str(fault.value)
     assert last.startswith(f"{path}:")
     assert ": cell " in last
     assert "ZeroDivisionError: division by zero" in last
     assert (out.read_text(), list(out.parent.iterdir())) == ("the old one", [out])
 
 
-def test_hanging_cell_is_stopped(page, tmp_path, monkeypatch, capfd):
+def test_hanging_cell_is_stopped(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("repro.page.execute.CELL_SECONDS", 1)
     path = page("# %% [markdown]\n# # T\n\n# %%\nimport time\ntime.sleep(60)\n")
-    assert run(path, tmp_path / "pages" / "ch02_sample" / "s.ipynb") == 1
-    assert "longer than 1 s; stopped" in capfd.readouterr().err
+    with pytest.raises(PageError, match="longer than 1 s; stopped"):
+        run(path, tmp_path / "pages" / "ch02_sample" / "s.ipynb")
 
 
 def test_page_file_to_notebook(page):

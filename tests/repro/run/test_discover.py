@@ -141,7 +141,6 @@ def test_family_has_one_function(tmp_path, monkeypatch):
     ]
     assert [one.id, two.id] == ["one_runs", "two_runs"]
     assert [p.details["artefact"] for p in (one, two)] == ["table_9_1", "table_9_2"]
-    assert [one.shards(effort) for effort in ("quick", "full")] == [1, 1]
     module = importlib.util.module_from_spec(
         importlib.util.spec_from_file_location(
             one.module, tmp_path / FOLDER / "trials.py"

@@ -2,19 +2,22 @@
 
 import json
 import shutil
-from types import SimpleNamespace
+from functools import partial
 
 import pytest
 import yaml
 
+from raxel.errors import InputError
 from repro.run import rendered, where
 from repro.run.discover import Producer, producers
+from repro.run.jobs import Size
 from repro.run.reach import Reach
 from repro.run.rendered import declared, manifest, rendered_set
 from repro.workflow import rendering
-from repro.workflow.intact import drop_damaged
 from repro.workflow.job import run
-from repro.workflow.rendering import RenderedSets
+from repro.workflow.plan import Plan, Task
+from repro.workflow.records import drop_damaged
+from repro.workflow.rendering import RenderedSets, render_set
 from tests.raxel.lab.test_rig import small_rig
 from tests.sample_files import write
 from tests.small_checkouts import ROOT
@@ -119,7 +122,7 @@ PAGE = """
 SETS = {"quick": ("small/3",), "full": ("small/3", "small/4")}
 
 
-@experiment("rolled", artefact="ext_x", shards={"quick": 1, "full": 1}, rendered=SETS)
+@experiment("rolled", artefact="ext_x", rendered=SETS)
 def rolled(effort):
     return Plan(one_roll, [{}], 1)
 """
@@ -140,34 +143,35 @@ def test_where_links_experiments_and_sets(checkout):
 
 
 def made(checkout):
-    """The set's files, after its job."""
-    job = run([NAME, "repro.workflow.rendering", "small", "3"])
-    assert job == 0
+    """The plan of the set's job, and its files after it."""
+    plan = Plan(checkout, Size("quick"))
+    task = Task(f"set/{NAME}", "sets", partial(render_set, NAME), lambda: "1")
+    plan.tasks = {task.name: task}
+    plan.final = [task.name]
+    (job,) = plan.jobs.values()
+    run(plan, job)
     folder = checkout / "data/synthetic/small/3"
     files = [path for path in folder.rglob("*") if path.is_file()]
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
+    return plan, {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
 
 
 def test_truncated_set_is_rendered_again(checkout, monkeypatch, capsys):
-    monkeypatch.setenv("RAXEL_TIMES", rendered.TIMES)
-    first = made(checkout)
+    plan, first = made(checkout)
     described = checkout / manifest(NAME)
     text = described.read_text()
     assert json.loads(text)["files"].keys() == first.keys()
-    work = SimpleNamespace(root=checkout, base="figures/quick", producers={})
-    drop_damaged(work)
-    assert described.is_file()
+    drop_damaged(plan)
     cut = checkout / "data/synthetic/small/3/view-001.png"
     cut.write_bytes(cut.read_bytes()[:100])
-    drop_damaged(work)
-    assert not described.is_file()
+    drop_damaged(plan)
     assert "small/3/view-001.png: damaged" in capsys.readouterr().err
-    assert made(checkout) == first
+    assert made(checkout)[1] == first
     assert described.read_text() == text
 
     shutil.copytree(cut.parent, cut.parent.with_name(".3"))  # as of a killed job
     rig = checkout / "data/rigs/small.yaml"
     rig.write_text(rig.read_text().replace("chessboard", "chess"))
-    assert rendering.main(["small", "3"]) == 2
+    with pytest.raises(InputError, match="raxel render failed"):
+        render_set(NAME)
     assert rig.name in capsys.readouterr().err
     assert [path.name for path in cut.parents[1].iterdir()] == ["3.json"]

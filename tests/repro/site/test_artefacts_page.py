@@ -15,7 +15,7 @@ from tests.small_checkouts import ROOT
 
 DRAWN = """from repro.run.marks import experiment, figure, table
 
-@experiment("sweep", artefact="fig_2_6", shards={"quick": 1, "full": 1})
+@experiment("sweep", artefact="fig_2_6")
 def sweep(effort): pass
 
 @figure("fig_2_6", needs=("sweep",), evidence="synthetic")

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from repro.run.jobs import Size
 from repro.run.reach import Reach
 from repro.workflow import build as orders
-from repro.workflow.image_sets import ImageSets, image_sets, main, sets_in
+from repro.workflow.image_sets import ImageSets, calibrate_set, image_sets, sets_in
 from repro.workflow.terminal import say
 from tests import mirror_sets
 from tests.active_grids import drawn
@@ -67,7 +68,7 @@ def test_folder_without_images_is_rejected(tmp_path, given, reason):
 def test_key_covers_all_files_of_set(tmp_path):
     def key():
         sets = ImageSets(tmp_path, Reach(ROOT), {"one": "one", "two": "two"})
-        return [sets.key(SimpleNamespace(set=name)) for name in ("one", "two")]
+        return [sets.key(name) for name in ("one", "two")]
 
     first, second = (add_set(tmp_path / name) for name in ("one", "two"))
     before = key()
@@ -85,7 +86,7 @@ def calibrated(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def run(folder):
-        assert main([str(folder), "my-set"]) == 0
+        calibrate_set(str(folder), "my-set")
         record = Path("report/build/sets/my-set.json")
         return json.loads(record.read_text()), record.with_suffix("")
 
@@ -130,4 +131,7 @@ def test_make_passes_set_folder_unchanged(tmp_path, name):
         cwd=tmp_path, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert name in done.stdout.splitlines()
-    assert parse_config(orders._config("quick", "", name))["recorded"] == name
+    plan = SimpleNamespace(
+        size=Size("quick"), target="report", readings="open", recorded=name
+    )
+    assert parse_config(orders._config(plan))["recorded"] == name

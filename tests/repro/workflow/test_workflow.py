@@ -44,13 +44,13 @@ def wide(condition, rng):
     return {"spread": spread(rng)}
 
 
-@experiment("dice_throws", artefact="fig_2_3", shards={"quick": 2, "full": 2})
+@experiment("dice_throws", artefact="fig_2_3")
 def throws(effort):
     return Plan(thrown, [{"dice": 1}], 4)
 
 
 @experiment(
-    "dice_spread", artefact="fig_2_3", shards={"quick": 1, "full": 1},
+    "dice_spread", artefact="fig_2_3",
     rendered={"quick": ("small/3",), "full": ("small/3", "small/4")},
 )
 def spreads(effort):
@@ -58,10 +58,7 @@ def spreads(effort):
     return Plan(wide, [{"dice": 2}], 4)
 
 
-@experiment(
-    "dice_again", artefact="fig_2_3", shards={"quick": 2, "full": 2},
-    needs=("dice_throws",),
-)
+@experiment("dice_again", artefact="fig_2_3", needs=("dice_throws",))
 def again(effort, results):
     pool = results["dice_throws"].column("eyes", dice=1)
     return Plan(lambda condition, rng: {"eyes": rng.choice(pool)}, [{"dice": 1}], 4)
@@ -107,21 +104,22 @@ def checkout(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def first(checkout) -> tuple[int, str]:
+def first(checkout) -> tuple[set[str], str]:
     """The first build in it, with which all is made."""
-    return build(checkout)
+    return made(checkout)
+
+
+COSTS = """effort,task,seconds,peak_mb,trials,pairs
+quick,experiment/dice_throws,60,100,4,4
+quick,experiment/dice_again,60,100,4,4
+"""
 
 
 def small_checkout(root: Path) -> Path:
-    """A checkout with everything except chapters and images.
-
-    What is compiled comes with it, and nothing is run ahead: the trials here run no
-    loops of the library, and each build would load them all.
-    """
+    """A checkout with everything except chapters and images."""
     ignored = shutil.ignore_patterns("*.egg-info")
     shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
-    loops = root / "lib" / "raxel" / "compile_loops.py"
-    loops.write_text("def compile_loops(): ...\n")
+    (root / "lib/repro/workflow/costs.csv").write_text(COSTS)
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
     single = (
         "Snakefile",
@@ -160,9 +158,24 @@ def started(root: Path, target: str = "ch02") -> subprocess.Popen:
     )  # fmt: skip
 
 
-def jobs(text: str) -> set[str]:
-    """Jobs that ran, as the progress display names them."""
-    return {m.group(1) for m in re.finditer(r"^\[[^]]*\] (.*?)  \(", text, re.M)}
+def made(root: Path, target: str = "ch02") -> tuple[set[str], str]:
+    """Build; the tasks that it made, and what the terminal shows."""
+    before = written(root)
+    status, text = build(root, target)
+    assert status == 0, text
+    after = written(root)
+    return {name for name in after if after[name] != before.get(name)}, text
+
+
+def written(root: Path) -> dict[str, int]:
+    """Task -> when its record was written."""
+    folders = {"figures/quick/records": "", "data/synthetic/.records": "set/"}
+    return {
+        f"{kind}{path.relative_to(root / folder).with_suffix('').as_posix()}":
+        path.stat().st_mtime_ns
+        for folder, kind in folders.items()
+        for path in (root / folder).rglob("*.json")
+    }  # fmt: skip
 
 
 def edit(root: Path, name: str, old: str, new: str) -> None:
@@ -172,22 +185,15 @@ def edit(root: Path, name: str, old: str, new: str) -> None:
 
 
 THROWS = {
-    "experiment dice_throws, part 0 of 2",
-    "experiment dice_throws, part 1 of 2",
-    "result dice_throws",
+    "part/dice_throws/0-of-2",
+    "part/dice_throws/1-of-2",
+    "experiment/dice_throws",
 }
-SET = {"rendered set small/3"}
-SPREAD = {"experiment dice_spread"}
-AGAIN = {
-    "experiment dice_again, part 0 of 2",
-    "experiment dice_again, part 1 of 2",
-    "result dice_again",
-}
-REST = {
-    "figure fig_2_3",
-    "claims and numbers of ch02_small/s1_dice",
-    "page ch02_small/s1_dice",
-}
+SET = {"set/small/3"}
+SPREAD = {"experiment/dice_spread"}
+AGAIN = {"part/dice_again/0-of-2", "part/dice_again/1-of-2", "experiment/dice_again"}
+PAGE_TASKS = {"judged/ch02_small/s1_dice", "notebook/ch02_small/s1_dice"}
+REST = {"figure/fig_2_3"} | PAGE_TASKS
 
 CUT = (
     "data/synthetic/small/3/view-001.png",
@@ -206,33 +212,31 @@ def eyes_thrown(root: Path) -> set[int]:
 
 
 def test_change_rebuilds_dependent_files(checkout, first):
-    status, text = first
-    assert status == 0, text
-    assert jobs(text) == THROWS | AGAIN | SET | SPREAD | REST
+    tasks, text = first
+    assert tasks == THROWS | AGAIN | SET | SPREAD | REST, text
     again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
     assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
 
-    status, text = build(checkout)
-    assert status == 0, text
-    assert jobs(text) == set()
+    tasks, text = made(checkout)
+    assert tasks == set()
     assert "Nothing changed" in text
 
     edit(checkout, PAGE, "A sentence that may change.", "Another sentence.")
     edit(checkout, "lib/raxel/dice.py", '"""Eyes of one die."""', '"""Eyes."""')
-    _, text = build(checkout)
-    assert jobs(text) == {"page ch02_small/s1_dice"}, text
+    tasks, text = made(checkout)
+    assert tasks == {"notebook/ch02_small/s1_dice"}, text
 
     edit(checkout, "lib/raxel/dice.py", "1, 7))", "1, 5)) + 1")
-    _, text = build(checkout)
-    assert jobs(text) == THROWS | AGAIN | REST, text
+    tasks, text = made(checkout)
+    assert tasks == THROWS | AGAIN | REST, text
     assert "code or settings changed" in text
 
     view = checkout / "data/synthetic/small/3/view-000.png"
     before = view.read_bytes()
     edit(checkout, RIG, "9000", "8000")
     edit(checkout, PAGE, "Eyes of four throws.", "Four throws.")
-    _, text = build(checkout)
-    assert jobs(text) == SET | SPREAD | REST, text
+    tasks, text = made(checkout)
+    assert tasks == SET | SPREAD | REST, text
     assert view.read_bytes() != before
     assert not [*(checkout / "data/synthetic").rglob(".3*")]
 
@@ -243,7 +247,8 @@ def test_failing_job_is_reported_and_truncated_file_rebuilt(checkout, first):
     edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
     status, text = build(checkout)
     assert status != 0
-    assert "FAILED: experiment dice_spread" in text
+    assert "FAILED: experiments: experiment/dice_spread" in text
+    assert "in experiment/dice_spread" in text
     assert "TypeError" in text
     assert not result.exists() or json.loads(result.read_text()) == before
     edit(checkout, "lib/raxel/dice.py", " / []", "")
@@ -318,23 +323,25 @@ def test_figure_with_scene_has_one_more_file(checkout):
         "from repro.page.reader import",
         "from raxel.show import Points, Scene\nfrom repro.page.reader import",
     )
-    status, text = build(checkout, "fig_2_3")
-    assert status == 0, text
-    assert "figure fig_2_3" in jobs(text), text
+    tasks, text = made(checkout, "fig_2_3")
+    assert tasks == {"figure/fig_2_3"}, text
     page = (checkout / "figures" / "quick" / "fig_2_3.html").read_text()
     assert re.search(r"<title>Fig. 2.3 .*throws.</title>", page)
 
     viewer = checkout / "lib/raxel/show/page.js"
     viewer.write_text(viewer.read_text() + "// A word more.\n")
-    _, text = build(checkout, "fig_2_3")
-    assert jobs(text) == {"figure fig_2_3"}, text
+    tasks, text = made(checkout, "fig_2_3")
+    assert tasks == {"figure/fig_2_3"}, text
 
 
 def test_results_are_independent_of_number_of_jobs(checkout, first):
     result = checkout / "figures/quick/results/dice_throws.json"
     before = result.read_bytes()
-    edit(checkout, PAGE, '"quick": 2,', '"quick": 3,')
-    status, text = build(checkout, "fig_2_3")
-    assert status == 0, text
-    assert {f"experiment dice_throws, part {i} of 3" for i in range(3)} <= jobs(text)
+    edit(checkout, "lib/repro/workflow/costs.csv", "dice_throws,60", "dice_throws,90")
+    tasks, text = made(checkout, "fig_2_3")
+    assert tasks == set(), text
+    result.unlink()
+    tasks, _ = made(checkout, "fig_2_3")
+    parts = {f"part/dice_throws/{i}-of-3" for i in range(3)}
+    assert tasks == {"experiment/dice_throws"} | parts
     assert result.read_bytes() == before
