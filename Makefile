@@ -2,6 +2,7 @@
 PYTHON ?= python3
 EFFORT ?= full
 CORES ?=
+PROFILE ?=
 TRIALS ?=
 SCALE ?=
 RECORDED ?=
@@ -16,7 +17,7 @@ RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR
 BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
 export SETS_OF_REPORT := $(value RECORDED)
-FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
+FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
 .PHONY: report quick test test-formats times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%

@@ -27,6 +27,7 @@ from repro.workflow.terminal import say
 
 INTERRUPTED = "interrupted; run it again to continue (finished parts are kept)"
 WHOLE = ("report", "quick", "notebooks")
+PROFILES = Path("lib/repro/workflow/profiles")
 CHAPTER = r"ch\d+|appendix_[a-z]"
 
 
@@ -60,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--recorded", default="")
     parser.add_argument("--readings", choices=("open", "all"), default="open")
     parser.add_argument("--cores", default="")
+    parser.add_argument("--profile", default="")
     return parser
 
 
@@ -67,6 +69,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     recorded = _checked_recorded(options.recorded)
     trials = _checked_trials(options.trials, options.target)
     scale = _checked_scale(options.scale, trials)
+    where = _where(options.profile, options.cores)
     if options.target in WHOLE:
         _bring_photographs(root)
     planned.cache_clear()  # of an earlier build in the same process
@@ -81,9 +84,8 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         plan.record("site").unlink(missing_ok=True)
     markers = [plan.marker(job) for job in plan.jobs.values()]
     words = [
-        "--cores", options.cores or str(os.cpu_count() or 1),
-        "--logger", "raxel", "--nolock", "--rerun-incomplete", "--scheduler", "greedy",
-        "--config", *_config(plan),
+        *where, "--logger", "raxel", "--nolock", "--rerun-incomplete",
+        "--scheduler", "greedy", "--config", *_config(plan),
     ]  # fmt: skip
     before = _ages(root, markers)
     done = _snakemake(words)
@@ -115,7 +117,7 @@ def _snakemake(words: list[str]) -> bool:
 
     parser, settings = parse_args(words)
     settings.max_jobs_per_timespan = None
-    with stopped_by_signals():
+    with stopped_by_signals(on_cluster=bool(settings.executor)):
         return args_to_api(settings, parser)
 
 
@@ -165,6 +167,20 @@ def _number(name: str, given: str) -> int:
     if not given.isdigit() or int(given) < 1:
         raise OrderError(f"{name}={given}: not a whole number above 0; give one")
     return int(given)
+
+
+def _where(profile: str, cores: str) -> list[str]:
+    """Arguments for a build on this machine, or with a profile on a cluster."""
+    if not profile:
+        return ["--cores", cores or str(os.cpu_count() or 1)]
+    for folder in (PROFILES / profile, Path(profile).expanduser()):
+        if (folder / "profile.yaml").is_file():
+            return ["--workflow-profile", str(folder)]
+    known = ", ".join(sorted(path.parent.name for path in PROFILES.glob("*/*.yaml")))
+    raise OrderError(
+        f"PROFILE={profile}: no such profile; give {known}, or a folder with a "
+        "profile.yaml"
+    )
 
 
 def _bring_photographs(root: Path) -> None:

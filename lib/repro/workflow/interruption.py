@@ -6,20 +6,26 @@ import logging
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import psutil
+
+from repro.workflow.terminal import say
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 GRACE_S = 2.0
 
 
 @contextmanager
-def stopped_by_signals() -> Iterator[None]:
+def stopped_by_signals(on_cluster: bool = False) -> Iterator[None]:
     """Raise KeyboardInterrupt(number) at the end if a signal arrived meanwhile.
 
     It is not raised immediately, because a lock of Snakemake would remain locked. The
     jobs are ended, so Snakemake soon finishes; after a failed job it starts no other.
     Its messages about that are suppressed. A second signal ends the process.
+
+    Jobs on a cluster are no processes of this machine: there Snakemake itself is
+    interrupted, also between two submissions, and cancels them.
     """
     heard: list[int] = []
 
@@ -28,6 +34,9 @@ def stopped_by_signals() -> Iterator[None]:
         for one in SIGNALS:
             signal.signal(one, signal.SIG_DFL)
         logging.disable(logging.CRITICAL)
+        if on_cluster:
+            say("cancelling the jobs on the cluster")
+            raise KeyboardInterrupt
         end_jobs()
 
     before = {one: signal.signal(one, hear) for one in SIGNALS}
@@ -64,12 +73,24 @@ def _send(process: psutil.Process, number: int) -> None:
 
 @contextmanager
 def _heard_by_snakemake(hear: Callable) -> Iterator[None]:
-    """Its scheduler handles SIGTERM by waiting for jobs that have ended."""
+    """Its scheduler handles SIGTERM by waiting for jobs that have ended, and cancels
+    no job whose status is being queried."""
     from snakemake.scheduling.job_scheduler import JobScheduler
+    from snakemake_interface_executor_plugins.executors.remote import RemoteExecutor
 
-    before = JobScheduler.exit_gracefully
+    before = JobScheduler.exit_gracefully, RemoteExecutor.cancel
     JobScheduler.exit_gracefully = staticmethod(hear)
+    RemoteExecutor.cancel = _cancel
     try:
         yield
     finally:
-        JobScheduler.exit_gracefully = before
+        JobScheduler.exit_gracefully, RemoteExecutor.cancel = before
+
+
+def _cancel(executor: Any) -> None:
+    """Cancel the jobs on a cluster, after the round of queries that removes them from
+    the list."""
+    executor.wait = False
+    executor.wait_thread.join()
+    executor.cancel_jobs(executor.active_jobs)
+    executor.shutdown()
