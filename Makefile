@@ -11,16 +11,20 @@ PORT ?= 8000
 MRCAL_PYTHON ?= python3.12
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
+# Snakemake's own plugin for Slurm slows each start: only this profile, or a copy of that name, has it.
+SLURM_PLUGIN = $(filter slurm-plugin,$(notdir $(PROFILE)))
+
 # Everything a run writes stays in the checkout; only package caches lie outside.
 RUN = env PATH=".venv/bin:$$PATH" XDG_CACHE_HOME="$(CURDIR)/.cache" MPLCONFIGDIR="$(CURDIR)/.cache/matplotlib" \
-  PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE=
+  PYVISTA_USERDATA_PATH="$(CURDIR)/.cache/pyvista" PYTHONDONTWRITEBYTECODE= \
+  $(if $(SLURM_PLUGIN),PYTHONPATH="$(CURDIR)/.venv/slurm-plugin:$$PYTHONPATH")
 BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
 export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test test-formats times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test test-formats test-cluster test-container times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -31,6 +35,12 @@ test: setup ## unit and property tests, and a quick build with checks on its num
 
 test-formats: setup ## exports read by cv2.omnidir and mrcal in environments of their own; writes lib/raxel/formats/TABLE.md
 	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.format_table $(MRCAL_PYTHON)
+
+test-cluster: setup ## the quick report on a Slurm of four nodes on this machine, compared with a local build; as root on Debian
+	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.cluster.accept --profile "$(or $(PROFILE),slurm)" $(ARGS)
+
+test-container: ## the steps of the Containerfile in a bare Debian, and a chapter of the quick report there; as root on Debian
+	@PYTHONPATH="$(CURDIR)" $(PYTHON) -m tests.container.chroot
 
 recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
 	@$(RUN) .venv/bin/python -m repro.run.recorded
@@ -96,7 +106,7 @@ fig_% table_% alg_% ext_% app_%: setup ## one artefact: make fig_2_3 (TRIALS=500
 	@$(BUILD) $@ $(OPTIONS)
 
 setup:
-	@$(PYTHON) lib/repro/bootstrap.py --rendering
+	@$(PYTHON) lib/repro/bootstrap.py --rendering $(if $(SLURM_PLUGIN),--slurm-plugin)
 
 clean: ## remove what was built; .venv and the photographs stay
 	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip report/*.pdf \

@@ -32,6 +32,8 @@ def main(options):
     for name in ("lab", "bench"):
         if f"--{name}" in options:
             once(Path(f"lib/repro/{name}.txt"), f"{name}-installed", install_pins)
+    if "--slurm-plugin" in options:
+        once(Path("lib/repro/slurm.txt"), "slurm-installed", install_slurm_plugin)
     if "--rendering" in options:
         probe_rendering()
 
@@ -63,11 +65,16 @@ def install_packages(pins):
     install_pins(pins)
 
 
-def install_pins(pins):
+def install_slurm_plugin(pins):
+    """Install it next to the other packages: Snakemake imports what is among them."""
+    install_pins(pins, "--upgrade", "--target", VENV / "slurm-plugin")
+
+
+def install_pins(pins, *options):
     """Install the pinned packages of a file by hash; further files agree with the
     first."""
     say(f"packages from {pins} (environment.txt: about 1.5 GB, a minute or two)")
-    pip("--require-hashes", "--no-deps", "-r", pins)
+    pip("--require-hashes", "--no-deps", *options, "-r", pins)
 
 
 def install_project(_):

@@ -92,7 +92,9 @@ class LogHandler(LogHandlerBase):
         say(f"[{self._done:3d}/{self._total} {seconds:5.0f} s] {text}")
 
     def _failed(self, record: LogRecord) -> None:
-        self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}")
+        number = getattr(record, "external_jobid", None)
+        where = f"  (job {number} of the cluster)" if number else ""
+        self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}{where}")
         for name in record.log or []:
             path = Path(str(name))
             if path.is_file():

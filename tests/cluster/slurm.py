@@ -5,9 +5,11 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 CONFIG = Path("/etc/slurm/slurm.conf")
 """A nested `srun` reads no other file: the plugin's jobs drop SLURM_CONF."""
@@ -46,15 +48,27 @@ PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """  # noqa: E501
 
 
+class Job(NamedTuple):
+    """A job of Slurm; times that are not known yet are in the far future."""
+
+    id: str
+    name: str
+    state: str
+    node: str
+    submitted: datetime
+    begin: datetime
+    end: datetime
+    limit: str
+    memory: str
+
+
 def missing() -> str:
     """Install Slurm if necessary; return why it cannot run here, or nothing."""
     if os.geteuid() != 0:
         return "not root"
     if not all(map(shutil.which, ("slurmctld", "slurmd", "munged"))):
         install = ["apt-get", "install", "-y", "--no-install-recommends", *PACKAGES]
-        if not shutil.which("apt-get") or subprocess.run(
-            install, capture_output=True
-        ).returncode:
+        if not shutil.which("apt-get") or asked(*install) == "":
             return f"no {' and '.join(PACKAGES)}"
     if CONFIG.exists():
         return f"{CONFIG} belongs to another Slurm"
@@ -81,8 +95,16 @@ def slurm(folder: Path) -> Iterator[None]:
     munged += [f"--pid-file={folder}/munge.pid", f"--socket={folder}/munge.socket"]
     started = []
     try:
-        for order in (munged, ["slurmctld", "-D"], *(["slurmd", "-D", "-N", n] for n in NODES)):
-            started.append(subprocess.Popen(order, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        for order in (
+            munged,
+            ["slurmctld", "-D"],
+            *(["slurmd", "-D", "-N", n] for n in NODES),
+        ):
+            started.append(
+                subprocess.Popen(
+                    order, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                )
+            )
         wait_until(lambda: asked("sinfo", "--noheader", "--format=%T %D") == "idle 4")
         yield
     finally:
@@ -100,14 +122,31 @@ def asked(*command: str) -> str:
     return done.stdout.strip()
 
 
-def jobs() -> list[dict[str, str]]:
-    """Return the fields of all jobs, in the order of their submission."""
-    lines = asked("scontrol", "--oneliner", "show", "job").splitlines()
-    rows = [dict(word.split("=", 1) for word in line.split() if "=" in word) for line in lines]
-    return sorted(rows, key=lambda row: int(row["JobId"]))
+def jobs() -> list[Job]:
+    """Return all jobs, in the order of their submission."""
+    found = []
+    for line in asked("scontrol", "--oneliner", "show", "job").splitlines():
+        row = dict(word.split("=", 1) for word in line.split() if "=" in word)
+        if "JobId" not in row:  # a line that states that there is none
+            continue
+        submitted, begin, end = (
+            _time(row[f"{n}Time"]) for n in ("Submit", "Start", "End")
+        )
+        found.append(
+            Job(
+                row["JobId"], row.get("Comment", row["JobName"]), row["JobState"],
+                row["NodeList"], submitted, begin, end, row["TimeLimit"],
+                row["MinMemoryNode"],
+            )
+        )  # fmt: skip
+    return sorted(found, key=lambda job: int(job.id))
 
 
-def wait_until(holds, seconds: float = 60) -> None:
+def _time(text: str) -> datetime:
+    return datetime.max if text == "Unknown" else datetime.fromisoformat(text)
+
+
+def wait_until(holds: Callable[[], bool], seconds: float = 60) -> None:
     """Wait for a state of Slurm."""
     end = time.monotonic() + seconds
     while not holds():

@@ -47,6 +47,8 @@ GATHERING_S = 1.0
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 """What a job may need of the measured peak and processor time, on other machines."""
 UNMEASURED_MB = 2000.0
+STARTING_MB = 300
+"""Memory of Snakemake, which starts a job on a node of a cluster."""
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
 VIEWER = (
     "lib/raxel/show/page.html",
@@ -495,7 +497,7 @@ class Plan:
         """Return the memory that a job reserves."""
         known = [self.cost(task) for task in job.tasks]
         peak = max(cost.peak_mb if cost else UNMEASURED_MB for cost in known)
-        return 100 * math.ceil(MEMORY_FACTOR * peak / 100)
+        return 100 * math.ceil((MEMORY_FACTOR * peak + STARTING_MB) / 100)
 
     def before(self, job: Job) -> list[str]:
         """Return the markers of the jobs that a job waits for."""

@@ -34,6 +34,10 @@ def test_chapter_target_has_pages(chapter):
         ("appendix_z", "no page of appendix Z"),
         ("chapter", "chapter: no such figure or table"),
         ("ch02 --trials 5", "TRIALS: only for one artefact"),
+        (
+            "ch02 --profile pbs",
+            "PROFILE=pbs: no such profile; give slurm, slurm-plugin",
+        ),
         ("fig_2_3 --trials 5 --scale 2", "SCALE: not together with TRIALS"),
     ],
 )

@@ -141,17 +141,18 @@ def build(root: Path, target: str = "ch02") -> tuple[int, str]:
     return process.returncode, text
 
 
-def started(root: Path, target: str = "ch02") -> subprocess.Popen:
-    """A build in a session of its own."""
+def started(root: Path, target: str = "ch02", profile: str = "") -> subprocess.Popen:
+    """A build in a session of its own; the folder of the checkout may have a Slurm."""
+    folders = Path(sys.executable).parent, root / "slurm", os.environ["PATH"]
     environment = os.environ | {
         "PYTHONPATH": f"{root / 'lib'}{os.pathsep}{root}",
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PATH": os.pathsep.join(map(str, folders)),
         "XDG_CACHE_HOME": str(root / ".cache"),
     }
     return subprocess.Popen(
         [
             sys.executable, "-m", "repro.workflow", target,
-            "--effort", "quick", "--cores", "2",
+            "--effort", "quick", "--cores", "2", "--profile", profile,
         ],
         cwd=root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         text=True, start_new_session=True,
@@ -283,13 +284,28 @@ def in_session(leader: int) -> list[str]:
     return found
 
 
+SLURM = {
+    "sbatch": 'for script; do :; done; setsid "$script" >/dev/null 2>&1 & echo $!',
+    "scontrol": 'kill -0 "$4" && s=RUNNING || s=COMPLETED; echo " JobState=$s "',
+    "scancel": 'echo "$@" >>cancelled; for job; do kill -- "-$job"; done',
+}
+"""Commands that run jobs of Slurm on this machine, without a queue."""
+
+
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks /proc")
-def test_interrupted_build_ends_cleanly(checkout):
+@pytest.mark.parametrize("profile", ["", "slurm"])
+def test_interrupted_build_ends_cleanly(checkout, profile):
+    for name, text in SLURM.items():
+        path = checkout / "slurm" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f"#!/bin/sh\n{text}\n")
+        path.chmod(0o755)
+    (checkout / "begun").unlink(missing_ok=True)
     dice = checkout / "lib" / "raxel" / "dice.py"
     before = dice.read_text()
     held = before.replace("def throw(rng):", "def throw(rng):\n    hold()")
     dice.write_text(held + HOLD)
-    with started(checkout, "fig_2_3") as process:
+    with started(checkout, "fig_2_3", profile) as process:
         while not (checkout / "begun").exists() and process.poll() is None:
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
@@ -303,6 +319,9 @@ def test_interrupted_build_ends_cleanly(checkout):
     assert "Traceback" not in text
     assert "FAILED" not in text
     assert in_session(process.pid) == []
+    for job in (checkout / "cancelled").read_text().split() if profile else ():
+        while in_session(int(job)):
+            time.sleep(0.05)
     assert not [*(checkout / "figures").rglob(".*")]
 
 
