@@ -40,7 +40,7 @@ test-cluster: setup ## the quick report on a Slurm of four nodes on this machine
 	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.cluster.accept --profile "$(or $(PROFILE),slurm)" $(ARGS)
 
 test-container: ## the steps of the Containerfile in a bare Debian, and a chapter of the quick report there; as root on Debian
-	@PYTHONPATH="$(CURDIR)" $(PYTHON) -m tests.container.chroot
+	@tests/container/chroot.sh
 
 recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
 	@$(RUN) .venv/bin/python -m repro.run.recorded

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from statistics import median
 
@@ -21,17 +21,16 @@ import psutil
 from repro.run.jobs import Size
 from repro.workflow import records
 from repro.workflow.plan import Plan
-from tests.checkout_copies import ROOT, copy_checkout
-from tests.cluster import slurm
 
+ROOT = Path(__file__).parents[2]
 WORK = ROOT / ".cache" / "cluster"
-OF_A_RUN = ("jobs", "logs", "records")
-"""Folders of figures/quick that state times."""
-SKIPPED = 77
+SLURM = Path(__file__).with_name("slurm.sh")
+SCONTROL = "scontrol", "--oneliner"
 DRAINED = "n2"
-UPDATE = "scontrol", "update"
-Line = tuple[str, str, bool]
-"""What was measured, the measurement, and whether it is as it must be."""
+BEGUN = timedelta(seconds=10)
+OF_A_RUN = ("jobs", "logs", "records")  # folders of figures/quick that state times
+Job = dict[str, str]  # fields of a job of Slurm; Comment identifies the job of the plan
+Line = tuple[str, str, bool]  # what was measured, the result, whether it is right
 
 
 def main() -> int:
@@ -41,36 +40,44 @@ def main() -> int:
     parser.add_argument("--profile", default="slurm")
     parser.add_argument("--local", type=Path, help="checkout with the build to compare")
     options = parser.parse_args()
-    if reason := slurm.missing():
-        print(f"make test-cluster: skipped ({reason}); run it as root on Debian")
-        return SKIPPED
     shutil.rmtree(WORK, ignore_errors=True)
-    copy = copied(WORK / "slurm")
-    target = "report" if options.target == "quick" else options.target
-    plan = Plan(copy, Size("quick"), target=target)
-    with slurm.slurm(WORK / "daemons"):
+    (WORK / "daemons").mkdir(parents=True)
+    status = subprocess.run([SLURM, "start", WORK / "daemons"]).returncode
+    if status:
+        return status
+    try:
+        copy = copied(WORK / "slurm")
+        target = options.target.replace("quick", "report")
+        plan = Plan(copy, Size("quick"), target=target)
         with started(copy, options.target, f"PROFILE={options.profile}") as build:
             drained, stopped = disturbed(build, len(plan.jobs))
-        rows = slurm.jobs()
-    local = options.local or copied(WORK / "local")
-    if not options.local:
+        jobs = slurm_jobs()
+    finally:
+        subprocess.run([SLURM, "stop", WORK / "daemons"])
+    local = options.local
+    if local is None:
+        local = copied(WORK / "local")
         started(local, options.target, "CORES=2").wait()
     table = [
         ("build on Slurm", f"exit status {build.returncode}", build.returncode == 0),
-        ("jobs", f"{len(plan.jobs)} in {len(rows)} jobs of Slurm", True),
-        overhead(plan, rows),
-        after_drain(rows, drained),
-        after_limit(rows, stopped),
+        ("jobs", f"{len(plan.jobs)} in {len(jobs)} jobs of Slurm", True),
+        overhead(plan, jobs),
+        after_drain(jobs, drained),
+        after_limit(jobs, stopped),
         equal_files(copy, local),
     ]
     for name, text, holds in table:
         print(f"{name:18} {text}{'' if holds else '  FAILED'}")
-    return 0 if all(row[2] for row in table) else 1
+    return 0 if all(holds for _, _, holds in table) else 1
 
 
 def copied(to: Path) -> Path:
-    """Return a copy of the checkout with its environment."""
-    (copy_checkout(to) / ".venv").symlink_to(ROOT / ".venv")
+    """Return a copy of the checkout without its builds, with its environment."""
+    built = {ROOT / name for name in (ROOT / ".containerignore").read_text().split()}
+    shutil.copytree(
+        ROOT, to, ignore=lambda at, names: [n for n in names if Path(at, n) in built]
+    )
+    (to / ".venv").symlink_to(ROOT / ".venv")
     return to
 
 
@@ -81,6 +88,24 @@ def started(root: Path, target: str, setting: str) -> subprocess.Popen:
     return subprocess.Popen(order, cwd=root, env=environment)
 
 
+def slurm_jobs() -> list[Job]:
+    """Return all jobs in the order of their submission."""
+    shown = subprocess.run([*SCONTROL, "show", "job"], capture_output=True, text=True)
+    jobs = [
+        {"Comment": "", **dict(w.split("=", 1) for w in line.split() if "=" in w)}
+        for line in shown.stdout.splitlines()
+        if line.startswith("JobId=")
+    ]
+    for job in jobs:
+        job["Comment"] = job["Comment"] or job["JobName"]
+    return sorted(jobs, key=lambda job: int(job["JobId"]))
+
+
+def when(job: Job, event: str) -> datetime:
+    """Return the time at which a job was submitted, began or ended."""
+    return datetime.fromisoformat(job[f"{event}Time"])
+
+
 def disturbed(build: subprocess.Popen, n_jobs: int) -> tuple[datetime, str]:
     """Drain a node after a quarter of the jobs, and stop the first job of another node.
 
@@ -89,62 +114,63 @@ def disturbed(build: subprocess.Popen, n_jobs: int) -> tuple[datetime, str]:
     drained, stopped = datetime.max, ""
     while build.poll() is None:
         time.sleep(1)
-        rows = slurm.jobs()
-        n_done = sum(row.state == "COMPLETED" for row in rows)
-        for row in rows:
-            if row.state != "RUNNING":
-                continue
-            if row.node == DRAINED:
-                if drained == datetime.max and 4 * n_done >= n_jobs:
-                    slurm.asked(
-                        *UPDATE, f"nodename={DRAINED}", "state=drain", "reason=test"
-                    )
+        jobs = slurm_jobs()
+        middle = 4 * sum(job["JobState"] == "COMPLETED" for job in jobs) >= n_jobs
+        for job in (job for job in jobs if job["JobState"] == "RUNNING"):
+            if job["NodeList"] == DRAINED:
+                if middle and drained == datetime.max:
+                    update(f"nodename={DRAINED}", "state=drain", "reason=test")
                     drained = datetime.now()
-            elif not stopped and (datetime.now() - row.begin).total_seconds() > 10:
-                stopped = row.id
-                slurm.asked(*UPDATE, f"jobid={stopped}", "timelimit=1")
+            elif not stopped and datetime.now() - when(job, "Start") > BEGUN:
+                stopped = job["JobId"]
+                update(f"jobid={stopped}", "timelimit=1")
                 stop(stopped)
     return drained, stopped
 
 
-def stop(job: str) -> None:
+def update(*words: str) -> None:
+    """Change a node or a job of Slurm."""
+    subprocess.run([*SCONTROL, "update", *words])
+
+
+def stop(job_id: str) -> None:
     """Stop the processes of a job, as if they waited for a disk."""
     for process in psutil.process_iter():
         with suppress(psutil.Error):
-            if process.environ().get("SLURM_JOB_ID") == job:
+            if process.environ().get("SLURM_JOB_ID") == job_id:
                 process.suspend()
 
 
-def overhead(plan: Plan, rows: list[slurm.Job]) -> Line:
+def overhead(plan: Plan, jobs: list[Job]) -> Line:
     """Return the time of a job of Slurm without its tasks, and the time it waited."""
     waited, more = [], []
-    for row in rows:
-        if row.state == "COMPLETED":
-            (tasks,) = [job.tasks for job in plan.jobs.values() if job.name in row.name]
-            own = sum(records.read(plan, task.name)["seconds"] for task in tasks)
-            more.append((row.end - row.begin).total_seconds() - own)
-            waited.append((row.begin - row.submitted).total_seconds())
-    times = f"{median(more):.1f} s, after {median(waited):.0f} s in the queue (medians)"
-    return "overhead per job", times, True
+    for job in jobs:
+        if job["JobState"] == "COMPLETED":
+            (own,) = [one for one in plan.jobs.values() if one.name in job["Comment"]]
+            tasks = sum(records.read(plan, t.name)["seconds"] for t in own.tasks)
+            more.append((when(job, "End") - when(job, "Start")).total_seconds() - tasks)
+            waited.append((when(job, "Start") - when(job, "Submit")).total_seconds())
+    text = f"{median(more):.1f} s (smallest {min(more):.1f} s)"
+    return "overhead per job", f"{text}, queue {median(waited):.0f} s; medians", True
 
 
-def after_drain(rows: list[slurm.Job], drained: datetime) -> Line:
+def after_drain(jobs: list[Job], drained: datetime) -> Line:
     """Return whether the jobs of the drained node ended well, and no other came."""
-    there = [row for row in rows if row.node == DRAINED]
-    later = [row for row in there if row.begin > drained]
-    running = [row for row in there if row.begin <= drained < row.end]
+    there = [job for job in jobs if job["NodeList"] == DRAINED]
+    later = [job for job in there if when(job, "Start") > drained]
+    running = [job for job in there if job not in later and when(job, "End") >= drained]
     text = f"drained while {len(running)} job ran there; {len(later)} began there later"
-    well = all(row.state == "COMPLETED" for row in there)
-    return f"node {DRAINED}", text, well and len(running) == 1 and not later
+    good = [job for job in there if job["JobState"] == "COMPLETED"]
+    return f"node {DRAINED}", text, good == there and len(running) == 1 and not later
 
 
-def after_limit(rows: list[slurm.Job], stopped: str) -> Line:
+def after_limit(jobs: list[Job], stopped: str) -> Line:
     """Return whether the job that exceeded its limit ran once more, with more."""
-    name = next((row.name for row in rows if row.id == stopped), "")
-    tried = [row for row in rows if row.name == name]
-    states = [row.state for row in tried]
-    text = ", ".join(f"{row.state} ({row.limit}, {row.memory})" for row in tried)
-    return "killed and retried", f"{name}: {text}", states == ["TIMEOUT", "COMPLETED"]
+    name = next((job["Comment"] for job in jobs if job["JobId"] == stopped), "")
+    tried = [job for job in jobs if job["Comment"] == name]
+    shown = [(j["JobState"], j["TimeLimit"], j["MinMemoryNode"]) for j in tried]
+    right = [state for state, _, _ in shown] == ["TIMEOUT", "COMPLETED"]
+    return "stopped job", f"{name}: {', then '.join(map(' '.join, shown))}", right
 
 
 def equal_files(one: Path, other: Path) -> Line:
