@@ -92,7 +92,7 @@ class LogHandler(LogHandlerBase):
         say(f"[{self._done:3d}/{self._total} {seconds:5.0f} s] {text}")
 
     def _failed(self, record: LogRecord) -> None:
-        number = getattr(record, "external_jobid", None)
+        number = record.aux.get("external_jobid")
         where = f"  (job {number} of the cluster)" if number else ""
         self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}{where}")
         for name in record.log or []:
