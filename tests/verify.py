@@ -6,7 +6,7 @@ It builds a chapter or the whole quick report in three copies of the checkout:
 - on two cores, in a folder with spaces, in another locale and time zone;
 - the smallest chapter, killed by SIGKILL at 20 random moments, and continued.
 
-All result files, figures, tables and verdicts of the copies must be equal byte for byte.
+All result files, figures, tables and verdicts of the copies must be equal to the byte.
 Run records (`*.run.json`: time, host, versions) and logs differ by nature.
 """
 
