@@ -8,6 +8,7 @@ SCALE ?=
 RECORDED ?=
 READINGS ?= open
 PORT ?= 8000
+ONLY ?= quick
 MRCAL_PYTHON ?= python3.12
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
@@ -24,7 +25,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test test-formats test-cluster test-container times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test verify test-formats test-cluster test-container times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -32,6 +33,9 @@ report: setup ## the whole report at full size: report/site/index.html
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
+
+verify: setup ## two builds of quick, interrupted, killed and elsewhere, compared byte for byte (ONLY=ch02: of one chapter)
+	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.verify $(ONLY)
 
 test-formats: setup ## exports read by cv2.omnidir and mrcal in environments of their own; writes lib/raxel/formats/TABLE.md
 	@$(RUN) PYTHONPATH="$(CURDIR)" .venv/bin/python -m tests.format_table $(MRCAL_PYTHON)

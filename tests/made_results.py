@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.run.jobs import Order, producer
+from repro.run.jobs import Order, Size, producer
 from repro.run.marks import run_trials
 from repro.run.outcomes import Plan
 from repro.run.rendered import declared
@@ -34,7 +34,7 @@ def written(plan, experiment="made_up", effort="full"):
 def plan_of(experiment):
     """The plan of an experiment that reads no other, at full size."""
     found = producer(ROOT, "experiment", experiment)
-    order = Order(experiment, "full", trials=None, results=ROOT)
+    order = Order(experiment, Size("full"), results=ROOT)
     with declared(found.rendered("full")):
         return order.plan(ROOT, found)
 

@@ -7,23 +7,19 @@ set -eu
 image=$PWD/.cache/container
 folder=/
 
-# Run a command in the image. The mounts end with it.
+# Run a command in the image, with the settings of this machine's network. The mounts end
+# with it.
 run() {
   echo "$folder: $1"
-  unshare --mount sh -euc 'mount --bind /dev "$0/dev"; mount -t proc proc "$0/proc"
-    exec chroot "$0" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin sh -c "$1"' \
-    "$image" "cd $folder && $1"
-}
-
-# Make the base image of a release of Debian, with the settings of this machine's network.
-from() {
-  debootstrap --variant=minbase "$1" "$image" >/dev/null
   for file in /etc/resolv.conf /etc/pip.conf /etc/ssl/certs/ca-certificates.crt; do
     if [ -e "$file" ]; then
       mkdir -p "$image${file%/*}"
       cp "$file" "$image$file"
     fi
   done
+  unshare --mount sh -euc 'mount --bind /dev "$0/dev"; mount -t proc proc "$0/proc"
+    exec chroot "$0" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin sh -c "$1"' \
+    "$image" "cd $folder && $1"
 }
 
 if [ "$(id -u)" != 0 ] || ! command -v debootstrap >/dev/null; then
@@ -35,7 +31,10 @@ rm -rf "$image"
 while read -r line; do
   word=${line%% *} given=${line#* }
   case $word in
-  FROM) release=${given##*:} && from "${release%-slim}" ;;
+  FROM)
+    release=${given##*:}
+    debootstrap --variant=minbase "${release%-slim}" "$image" >/dev/null
+    ;;
   WORKDIR) folder=$given && mkdir -p "$image$folder" ;;
   COPY) tar -cf - --anchored --exclude-from=.containerignore -- * | tar -xf - -C "$image$folder" ;;
   RUN) run "$given" </dev/null ;;

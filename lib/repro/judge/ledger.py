@@ -14,6 +14,8 @@ from pathlib import Path
 
 from raxel.errors import InputError
 from raxel.io import documents
+from repro.judge.kept import Kept
+from repro.judge.schema import FOLDER as SCHEMAS
 from repro.judge.schema import faults, hint
 
 FOLDER = Path("data/published")
@@ -112,12 +114,16 @@ def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
     once."""
     lists: dict[str, list[dict]] = {}
     origin: dict[str, str] = {}
+    root = dated[0][0].parents[2]
+    kept = Kept(
+        root, "ledger", (__file__, documents.__file__, *sorted(SCHEMAS.glob("*.json")))
+    )
     for (path, _), names in zip(dated, LISTS.values(), strict=True):
-        content = read_yaml(path)
-        _raise_first(faults(content, path.stem, path.name))
+        content = kept.of(path, _read)
         for name in names:
             lists[name] = content[name]
             origin[name] = path.name
+    kept.keep()
     _raise_first(_repeated(lists, origin))
     entries = {name: {e["id"]: e for e in items} for name, items in lists.items()}
     asked = entries["readings"]
@@ -127,6 +133,13 @@ def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
     named |= set(chain.from_iterable(e["artefacts"] for e in lists["claims"]))
     entries["sections"] = {k: e for k, e in entries["sections"].items() if k in named}
     return Ledger(**entries)
+
+
+def _read(path: Path) -> tuple[object, list[Path]]:
+    """Content of a file of the ledger, checked, and the file."""
+    content = read_yaml(path)
+    _raise_first(faults(content, path.stem, path.name))
+    return content, [path]
 
 
 def read_yaml(path: Path) -> object:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from repro.judge.kept import Kept
 from repro.run import bare_syntax, names
 from repro.run.bare_syntax import FAMILIES, MARKS
-from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
 

@@ -16,10 +16,10 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
+from repro.judge.kept import Kept
 from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
 from repro.page.wording import literal
-from repro.run.kept import Kept
 from repro.site import artefacts, first_cell, notebooks, numbered, source_pages
 from repro.site.chapters import Chapter, chapters_of, documents, source_of, title_of
 from repro.site.ledger_pages import codes, ledger_pages

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from repro.run.kept import Kept
+from repro.judge.kept import Kept
 from repro.run.results import write_atomic
 
 

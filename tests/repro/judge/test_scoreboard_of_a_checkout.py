@@ -1,10 +1,10 @@
 """The scoreboard of a small checkout: what pages and the command show of it."""
 
 import json
-from copy import deepcopy
 
 import pytest
 
+from raxel.errors import InputError
 from repro.judge import ledger, scoreboard
 from repro.judge.number_rules import VerdictError
 from repro.page import rows as row_html
@@ -117,27 +117,24 @@ def test_quick_board_has_no_verdicts(checkout):
     assert "0.980 " in table
 
 
-def test_command_writes_board_and_page(checkout, monkeypatch, capsys):
-    monkeypatch.chdir(checkout)
-    args = [
-        "--effort", "full", "--judged", "figures/full/judged", "--out-json", "b.json",
-        "--out-page", "b.md",
-    ]  # fmt: skip
-    assert board_page.main(args) == 0
-    rows = json.loads((checkout / "b.json").read_text("utf-8"))
+def test_board_and_page_are_written_or_none(checkout):
+    files = checkout / "b.json", checkout / "b.md"
+
+    def write():
+        judged = checkout / "figures" / "full" / "judged"
+        board_page.write_board(checkout, "full", judged, *files)
+        return [path.read_text("utf-8") for path in files]
+
+    rows, page = write()
     book = ledger.load(checkout)
     every = {*book.artefacts, *book.numbers, *book.claims, *book.sections}
-    assert {r["id"] for r in rows} == every
-    page = (checkout / "b.md").read_text("utf-8")
+    assert {r["id"] for r in json.loads(rows)} == every
     assert {a["id"] for a, _ in Board(page).rows} == every
     assert len(page.encode()) < 1.2e6
-    first = deepcopy(page)
-    assert board_page.main(args) == 0
-    assert (checkout / "b.md").read_text("utf-8") == first
-    capsys.readouterr()
+    assert write() == [rows, page]
 
-    (checkout / "b.json").unlink()
+    files[0].unlink()
     write_atomic(checkout / "chapters" / "unfinished.yaml", "{}\n")
-    assert board_page.main(args) == 1
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
-    assert not (checkout / "b.json").exists()
+    with pytest.raises(InputError):
+        write()
+    assert not files[0].exists()

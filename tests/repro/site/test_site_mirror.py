@@ -2,7 +2,7 @@
 
 import os
 
-from repro.run.kept import Kept
+from repro.judge.kept import Kept
 from repro.site.mirror import made, mirror
 
 

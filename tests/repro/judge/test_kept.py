@@ -1,6 +1,6 @@
 """What was read stays known until something that was read for it changes."""
 
-from repro.run.kept import Kept
+from repro.judge.kept import Kept
 
 
 def test_cache_is_invalidated_by_read_files(tmp_path):
