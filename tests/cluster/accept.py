@@ -5,7 +5,6 @@ results must equal those of a build without Slurm. The folders remain in .cache/
 """
 
 import argparse
-import filecmp
 import os
 import shutil
 import subprocess
@@ -21,14 +20,13 @@ import psutil
 from repro.run.jobs import Size
 from repro.workflow import records
 from repro.workflow.plan import Plan
+from tests.verify import ROOT, copy_of_checkout, finished, products
 
-ROOT = Path(__file__).parents[2]
 WORK = ROOT / ".cache" / "cluster"
 SLURM = Path(__file__).with_name("slurm.sh")
 SCONTROL = "scontrol", "--oneliner"
 DRAINED = "n2"
 BEGUN = timedelta(seconds=10)
-OF_A_RUN = ("jobs", "logs", "records")  # folders of figures/quick that state times
 Job = dict[str, str]  # fields of a job of Slurm; Comment identifies the job of the plan
 Line = tuple[str, str, bool]  # what was measured, the result, whether it is right
 
@@ -46,18 +44,18 @@ def main() -> int:
     if status:
         return status
     try:
-        copy = copied(WORK / "slurm")
+        copy = copy_of_checkout(WORK / "slurm")
         target = options.target.replace("quick", "report")
         plan = Plan(copy, Size("quick"), target=target)
-        with started(copy, options.target, f"PROFILE={options.profile}") as build:
+        with started(copy, options.target, options.profile) as build:
             drained, stopped = disturbed(build, len(plan.jobs))
         jobs = slurm_jobs()
     finally:
         subprocess.run([SLURM, "stop", WORK / "daemons"])
     local = options.local
     if local is None:
-        local = copied(WORK / "local")
-        started(local, options.target, "CORES=2").wait()
+        local = copy_of_checkout(WORK / "local")
+        finished(local, options.target, 2)
     table = [
         ("build on Slurm", f"exit status {build.returncode}", build.returncode == 0),
         ("jobs", f"{len(plan.jobs)} in {len(jobs)} jobs of Slurm", True),
@@ -71,20 +69,11 @@ def main() -> int:
     return 0 if all(holds for _, _, holds in table) else 1
 
 
-def copied(to: Path) -> Path:
-    """Return a copy of the checkout without its builds, with its environment."""
-    built = {ROOT / name for name in (ROOT / ".containerignore").read_text().split()}
-    shutil.copytree(
-        ROOT, to, ignore=lambda at, names: [n for n in names if Path(at, n) in built]
-    )
-    (to / ".venv").symlink_to(ROOT / ".venv")
-    return to
-
-
-def started(root: Path, target: str, setting: str) -> subprocess.Popen:
-    """Start a build in a copy as the README does, without the set-up."""
+def started(root: Path, target: str, profile: str) -> subprocess.Popen:
+    """Start a build in a copy as the README does, with the environment of this one."""
+    (root / ".venv").symlink_to(ROOT / ".venv")
     environment = os.environ | {"PYTHONPATH": f"{root / 'lib'}{os.pathsep}{root}"}
-    order = ["make", "--old-file=setup", target, "EFFORT=quick", setting]
+    order = ["make", "--old-file=setup", target, "EFFORT=quick", f"PROFILE={profile}"]
     return subprocess.Popen(order, cwd=root, env=environment)
 
 
@@ -173,26 +162,14 @@ def after_limit(jobs: list[Job], stopped: str) -> Line:
     return "stopped job", f"{name}: {', then '.join(map(' '.join, shown))}", right
 
 
-def equal_files(one: Path, other: Path) -> Line:
+def equal_files(*checkouts: Path) -> Line:
     """Return whether the results of two builds are equal, byte by byte."""
-    names = results(one) | results(other)
-    equal, unequal, gone = filecmp.cmpfiles(one, other, sorted(names), shallow=False)
-    text = f"{len(equal)} of {len(names)}"
-    if unequal or gone:
-        text += f", not {', '.join([*unequal, *gone][:5])}"
-    return "equal files", text, len(equal) == len(names) > 0
-
-
-def results(root: Path) -> set[str]:
-    """Return the files of results, figures, tables and verdicts of a quick build."""
-    base = root / "figures" / "quick"
-    return {
-        path.relative_to(root).as_posix()
-        for path in base.rglob("*")
-        if path.is_file()
-        and path.relative_to(base).parts[0] not in OF_A_RUN
-        and not path.name.endswith(records.RUN_RECORD)
-    }
+    one, other = map(products, checkouts)
+    names = sorted(one | other)
+    unequal = [name for name in names if one.get(name) != other.get(name)]
+    text = f"{len(names) - len(unequal)} of {len(names)}"
+    text += f", not {', '.join(unequal[:5])}" if unequal else ""
+    return "equal files", text, bool(names) and not unequal
 
 
 if __name__ == "__main__":

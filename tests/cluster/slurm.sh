@@ -13,12 +13,12 @@ skip() {
 }
 
 stop() {
-  scancel --user=root
+  scancel --user=root || true
   for _ in $(seq 30); do
     if [ -z "$(squeue --noheader)" ]; then break; else sleep 1; fi
   done
   for file in "$folder"/*.pid; do
-    kill "$(cat "$file")"
+    kill "$(cat "$file")" || true
   done
   rm "$config"
 }
@@ -34,6 +34,7 @@ start() {
     python3 -c "import socket; socket.create_server(('', $port), reuse_port=False)" 2>/dev/null ||
       skip "port $port is taken; free it"
   done
+  trap stop EXIT
   mkdir -p "$folder/state" "${config%/*}"
   sed "s|FOLDER|$folder|; s|HOST|$(hostname)|" "${0%.sh}.conf" >"$config"
   (umask 077 && head -c 64 /dev/urandom >"$folder/munge.key")
@@ -46,9 +47,12 @@ start() {
     slurmd -N "$node"
   done
   for _ in $(seq 30); do
-    if [ "$(sinfo --noheader --format='%T %D')" = "idle 4" ]; then return; else sleep 1; fi
+    if [ "$(sinfo --noheader --format='%T %D')" = "idle 4" ]; then
+      trap - EXIT
+      return
+    fi
+    sleep 1
   done
-  stop
   skip "no node starts; see $folder"
 }
 
