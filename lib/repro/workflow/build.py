@@ -12,6 +12,7 @@ import fcntl
 import json
 import os
 import re
+import shutil
 import signal
 import sys
 from collections.abc import Iterator
@@ -175,6 +176,8 @@ def _where(profile: str, cores: str) -> list[str]:
         return ["--cores", cores or str(os.cpu_count() or 1)]
     for folder in (PROFILES / profile, Path(profile).expanduser()):
         if (folder / "profile.yaml").is_file():
+            if folder.parent == PROFILES and not shutil.which("sbatch"):
+                raise OrderError(f"PROFILE={profile}: no sbatch; use a login node")
             return ["--workflow-profile", str(folder)]
     known = ", ".join(sorted(path.parent.name for path in PROFILES.glob("*/*.yaml")))
     raise OrderError(

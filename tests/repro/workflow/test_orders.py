@@ -46,6 +46,12 @@ def test_unknown_target_is_rejected(order, reason):
         _build(ROOT, _parser().parse_args(order.split()))
 
 
+def test_profile_needs_slurm(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(OrderError, match="PROFILE=slurm: no sbatch; use a login node"):
+        _build(ROOT, _parser().parse_args(["ch02", "--profile", "slurm"]))
+
+
 @pytest.mark.parametrize("given", ["0", "-1", "1.5", "x"])
 def test_scale_is_a_whole_number(given):
     with pytest.raises(OrderError, match=f"SCALE={given}: not a whole number"):
