@@ -61,7 +61,8 @@ class Task:
     """What makes one product, named KIND/ID, from the products of other tasks.
 
     ``unit``: tasks of one unit stay in one job. ``group``: only tasks of one group
-    share a job.
+    share a job. ``covered_by``: the experiment of a part, whose result makes it
+    needless.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Task:
     needs: tuple[str, ...] = ()
     unit: str = ""
     group: str = ""
+    covered_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,9 @@ class Plan:
             parts = [f"part/{found.id}/{i}-of-{count}" for i in range(count)]
             for i, part in enumerate(parts):
                 make = partial(self._part, found, i, count)
-                yield Task(part, "experiments", make, key, needs, group=group)
+                yield Task(
+                    part, "experiments", make, key, needs, group=group, covered_by=name
+                )
             group += " first" if found.id in read else ""
             make = partial(self._gathered, found, count)
             yield Task(name, "results", make, key, (*parts, *needs), group=group)
