@@ -18,7 +18,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test test-formats times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test test-formats times compare reference recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -38,6 +38,12 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 
 times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT)
+
+compare: setup ## what moved since the accepted build, in SD over the trials; a changed verdict fails (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.judge.reference compare --effort $(EFFORT)
+
+reference: setup ## accept the built report: writes its verdicts and numbers to data/reference (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.judge.reference reference --effort $(EFFORT)
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)

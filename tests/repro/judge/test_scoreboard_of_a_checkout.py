@@ -5,7 +5,7 @@ from copy import deepcopy
 
 import pytest
 
-from repro.judge import ledger, scoreboard
+from repro.judge import ledger, reference, scoreboard
 from repro.judge.number_rules import VerdictError
 from repro.page import rows as row_html
 from repro.run.deciding import judged_with
@@ -141,3 +141,30 @@ def test_command_writes_board_and_page(checkout, monkeypatch, capsys):
     assert board_page.main(args) == 1
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert not (checkout / "b.json").exists()
+
+
+def test_changed_verdict_fails_comparison(checkout, monkeypatch, capsys):
+    monkeypatch.chdir(checkout)
+    base = checkout / "figures" / "full"
+    accepted = checkout / "data" / "reference" / "full.csv"
+    accepted.parent.mkdir()
+
+    def made(action):
+        return reference.main([action]), *capsys.readouterr()
+
+    assert made("compare")[2] == (
+        "make compare: no finished full build; run make report\n"
+    )
+    write_json(base / "scoreboard.json", [])
+    assert made("compare")[2].endswith("no reference; run make reference\n")
+    assert made("reference")[0] == 0
+    status, out, _ = made("compare")
+    assert (status, out[:5]) == (0, "0 of ")
+    path = base / "judged" / f"{OTHER_PAGE}.json"
+    judged = json.loads(path.read_text("utf-8"))
+    judged["claims"]["c2_fov_generic_flat"] = claim(verdict="reproduced")
+    write_json(path, judged)
+    status, out, fault = made("compare")
+    assert status == 1
+    assert "\nc2_fov_generic_flat: differs -> reproduced\n" in f"\n{out}"
+    assert fault.count("\n") == 1

@@ -1,0 +1,176 @@
+"""The accepted build, and what a later build moved.
+
+    python -m repro.judge.reference reference|compare --effort full
+
+`data/reference/<effort>.csv` has a line for each row of the scoreboard: its verdict,
+and the value of a number or claim with its 95 % interval.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from io import StringIO
+from pathlib import Path
+from textwrap import shorten
+from typing import NamedTuple
+
+from raxel.io.files import write_whole
+from repro.judge.ledger import LedgerError
+from repro.judge.number_rules import VerdictError
+from repro.judge.scoreboard import rows_of
+
+FIELDS = ("id", "verdict", "value", "low", "high")
+WITH_VALUES = ("claim", "number")
+INTERVAL_SDS = 2 * 1.96
+"""Width of a 95 % interval in standard deviations of the value."""
+ROUNDING = 1e-9
+"""Relative difference that other processors may give the same sum."""
+NAME_WIDTH, VALUE_WIDTH = 34, 14
+
+Entries = Mapping[str, Mapping[str, str]]
+
+
+class Moved(NamedTuple):
+    """A value that changed; ``sds`` is None if trials give it no scatter."""
+
+    id: str
+    before: str
+    after: str
+    sds: float | None
+
+
+class Comparison(NamedTuple):
+    """Differences from the reference; ``values`` counts the compared values."""
+
+    moved: list[Moved]
+    verdicts: list[str]
+    values: int
+
+
+def entries(rows: Sequence[Mapping]) -> dict[str, dict[str, str]]:
+    """Return id -> texts of `FIELDS`, for rows of the scoreboard in their order."""
+    found = {}
+    for row in rows:
+        numbers = row["regenerated"], *(row["interval"] or (None, None))
+        kept = numbers if row["kind"] in WITH_VALUES else [None] * 3
+        texts = ("" if number is None else str(number) for number in kept)
+        values = (row["id"], row["verdict"], *texts)
+        found[row["id"]] = dict(zip(FIELDS, values, strict=True))
+    return found
+
+
+def compare(before: Entries, after: Entries) -> Comparison:
+    """Return what differs; an id in only one of the two counts as a verdict.
+
+    Exact values come first, then those that moved most.
+    """
+    both = [name for name in before if name in after]
+    verdicts = [
+        *(f"{name}: not in this build" for name in before if name not in after),
+        *(f"{name}: not in the reference" for name in after if name not in before),
+        *(
+            f"{name}: {before[name]['verdict']} -> {after[name]['verdict']}"
+            for name in both
+            if before[name]["verdict"] != after[name]["verdict"]
+        ),
+    ]
+    found = [_moved(before[name], after[name]) for name in both]
+    moved = sorted((one for one in found if one), key=_rank)
+    return Comparison(moved, verdicts, sum(bool(before[n]["value"]) for n in both))
+
+
+def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Moved | None:
+    """The change of one value, in standard deviations of the value in ``old``."""
+    texts = old["value"], new["value"]
+    try:
+        first, second = map(float, texts)
+    except ValueError:
+        same = texts[0] == texts[1]
+        return None if same else Moved(old["id"], *texts, None)
+    if math.isclose(first, second, rel_tol=ROUNDING):
+        return None
+    width = float(old["high"] or 0) - float(old["low"] or 0)
+    scattered = 0 < width < math.inf
+    sds = (second - first) * INTERVAL_SDS / width if scattered else None
+    return Moved(old["id"], f"{first:.6g}", f"{second:.6g}", sds)
+
+
+def _rank(one: Moved) -> float:
+    return -math.inf if one.sds is None else -abs(one.sds)
+
+
+def written(found: Entries) -> str:
+    """Return the text of a reference file."""
+    out = StringIO()
+    writer = csv.DictWriter(out, FIELDS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(found.values())
+    return out.getvalue()
+
+
+def shown(found: Comparison) -> str:
+    """Return lines: the moved values, the changed verdicts, the counts."""
+    lines = [
+        f"{one.id:{NAME_WIDTH}} {_short(one.before):>{VALUE_WIDTH}} -> "
+        f"{_short(one.after):{VALUE_WIDTH}} "
+        + ("exact" if one.sds is None else f"{one.sds:+.2g} SD")
+        for one in found.moved
+    ]
+    largest = max((abs(one.sds) for one in found.moved if one.sds), default=0)
+    counts = (
+        f"{len(found.moved)} of {found.values} values moved (by at most {largest:.2g} "
+        f"SD), {len(found.verdicts)} verdicts changed"
+    )
+    return "\n".join([*lines, *found.verdicts, counts])
+
+
+def _short(text: str) -> str:
+    return shorten(text, NAME_WIDTH, placeholder=" ...")
+
+
+def built(root: Path, effort: str) -> dict[str, dict[str, str]]:
+    """Return the entries of a finished build; raises VerdictError without one."""
+    base = root / "figures" / effort
+    if not (base / "scoreboard.json").is_file():
+        target = "quick" if effort == "quick" else "report"
+        raise VerdictError(f"no finished {effort} build; run make {target}")
+    return entries(rows_of(root, effort, base / "judged"))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write or compare the reference; exit status 1 for a changed verdict."""
+    parser = argparse.ArgumentParser(prog="python -m repro.judge.reference")
+    parser.add_argument("action", choices=("reference", "compare"))
+    parser.add_argument("--effort", choices=("quick", "full"), default="full")
+    asked = parser.parse_args(argv)
+    name = f"data/reference/{asked.effort}.csv"
+    path = Path.cwd() / name
+    try:
+        now = built(Path.cwd(), asked.effort)
+    except (VerdictError, LedgerError) as error:
+        return _fault(asked.action, str(error))
+    if asked.action == "reference":
+        write_whole(path, written(now))
+        print(f"{name}: {len(now)} rows; commit it with the reason")
+        return 0
+    if not path.is_file():
+        return _fault("compare", f"{name}: no reference; run make reference")
+    with path.open(encoding="utf-8", newline="") as file:
+        found = compare({row["id"]: row for row in csv.DictReader(file)}, now)
+    print(shown(found))
+    if found.verdicts:
+        return _fault("compare", "verdicts changed; if intended, run make reference")
+    return 0
+
+
+def _fault(action: str, message: str) -> int:
+    print(f"make {action}: {message}", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
