@@ -18,9 +18,8 @@ from pathlib import Path
 from textwrap import shorten
 from typing import NamedTuple
 
+from raxel.errors import InputError
 from raxel.io.files import write_whole
-from repro.judge.ledger import LedgerError
-from repro.judge.number_rules import VerdictError
 from repro.judge.scoreboard import rows_of
 
 FIELDS = ("id", "verdict", "value", "low", "high")
@@ -29,7 +28,6 @@ INTERVAL_SDS = 2 * 1.96
 """Width of a 95 % interval in standard deviations of the value."""
 ROUNDING = 1e-9
 """Relative difference that other processors may give the same sum."""
-NAME_WIDTH, VALUE_WIDTH = 34, 14
 
 Entries = Mapping[str, Mapping[str, str]]
 
@@ -79,7 +77,9 @@ def compare(before: Entries, after: Entries) -> Comparison:
         ),
     ]
     found = [_moved(before[name], after[name]) for name in both]
-    moved = sorted((one for one in found if one), key=_rank)
+    moved = sorted(
+        (one for one in found if one), key=lambda one: -abs(one.sds or math.inf)
+    )
     return Comparison(moved, verdicts, sum(bool(before[n]["value"]) for n in both))
 
 
@@ -99,10 +99,6 @@ def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Moved | None:
     return Moved(old["id"], f"{first:.6g}", f"{second:.6g}", sds)
 
 
-def _rank(one: Moved) -> float:
-    return -math.inf if one.sds is None else -abs(one.sds)
-
-
 def written(found: Entries) -> str:
     """Return the text of a reference file."""
     out = StringIO()
@@ -115,8 +111,7 @@ def written(found: Entries) -> str:
 def shown(found: Comparison) -> str:
     """Return lines: the moved values, the changed verdicts, the counts."""
     lines = [
-        f"{one.id:{NAME_WIDTH}} {_short(one.before):>{VALUE_WIDTH}} -> "
-        f"{_short(one.after):{VALUE_WIDTH}} "
+        f"{one.id:34} {shorten(one.before, 40):>14} -> {shorten(one.after, 40):14} "
         + ("exact" if one.sds is None else f"{one.sds:+.2g} SD")
         for one in found.moved
     ]
@@ -128,16 +123,12 @@ def shown(found: Comparison) -> str:
     return "\n".join([*lines, *found.verdicts, counts])
 
 
-def _short(text: str) -> str:
-    return shorten(text, NAME_WIDTH, placeholder=" ...")
-
-
 def built(root: Path, effort: str) -> dict[str, dict[str, str]]:
-    """Return the entries of a finished build; raises VerdictError without one."""
+    """Return the entries of a finished build; raises InputError without one."""
     base = root / "figures" / effort
     if not (base / "scoreboard.json").is_file():
         target = "quick" if effort == "quick" else "report"
-        raise VerdictError(f"no finished {effort} build; run make {target}")
+        raise InputError(f"no finished {effort} build; run make {target}")
     return entries(rows_of(root, effort, base / "judged"))
 
 
@@ -148,28 +139,28 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     asked = parser.parse_args(argv)
     name = f"data/reference/{asked.effort}.csv"
-    path = Path.cwd() / name
     try:
         now = built(Path.cwd(), asked.effort)
-    except (VerdictError, LedgerError) as error:
-        return _fault(asked.action, str(error))
-    if asked.action == "reference":
-        write_whole(path, written(now))
-        print(f"{name}: {len(now)} rows; commit it with the reason")
-        return 0
-    if not path.is_file():
-        return _fault("compare", f"{name}: no reference; run make reference")
-    with path.open(encoding="utf-8", newline="") as file:
-        found = compare({row["id"]: row for row in csv.DictReader(file)}, now)
-    print(shown(found))
-    if found.verdicts:
-        return _fault("compare", "verdicts changed; if intended, run make reference")
+        if asked.action == "compare":
+            _compare(name, now)
+        else:
+            write_whole(name, written(now))
+            print(f"{name}: {len(now)} rows; commit it with the reason")
+    except InputError as error:
+        print(f"make {asked.action}: {error}", file=sys.stderr)
+        return 1
     return 0
 
 
-def _fault(action: str, message: str) -> int:
-    print(f"make {action}: {message}", file=sys.stderr)
-    return 1
+def _compare(name: str, now: Entries) -> None:
+    """Print what moved; raises InputError for a changed verdict."""
+    if not Path(name).is_file():
+        raise InputError(f"{name}: no reference; run make reference")
+    with open(name, encoding="utf-8", newline="") as file:
+        found = compare({row["id"]: row for row in csv.DictReader(file)}, now)
+    print(shown(found))
+    if found.verdicts:
+        raise InputError("verdicts changed; if intended, run make reference")
 
 
 if __name__ == "__main__":
