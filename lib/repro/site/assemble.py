@@ -32,6 +32,7 @@ from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.library import library_pages
 from repro.site.mirror import Content, files_below, made, mirror
 from repro.site.notebooks import workable
+from repro.site.provenance import experiment_page, quoted_page
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
@@ -83,9 +84,10 @@ def assemble(
     wanted |= _filled(root, effort, chapters, board, list(sets.values()))
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= library_pages(root / "lib" / "raxel")
+    wanted["_extra/scoreboard.json"] = rows
     wanted |= {
         f"_extra/{name}": content
-        for name, content in _extra(root, effort, pages, rows).items()
+        for name, content in _extra(furnisher, pages, board).items()
     }
     wanted |= {
         f"_extra/sets/{one['name']}/{file}": path.with_suffix("") / file
@@ -117,11 +119,11 @@ def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
 
 
 def _extra(
-    root: Path, effort: str, pages: Sequence[Path], rows: Path
+    furnisher: Furnisher, pages: Sequence[Path], board: Sequence[Mapping]
 ) -> dict[str, Content]:
-    """Downloads: figures, tables, results, pages, the scoreboard, code."""
-    base = root / "figures" / effort
-    kept: dict[str, Content] = {"scoreboard.json": rows}
+    """Downloads: figures, tables, results, their provenance, pages, code."""
+    root, base = furnisher.root, furnisher.base
+    kept: dict[str, Content] = {"environment.txt": root / "environment.txt"}
     for path in sorted(base.glob("*")):
         if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
@@ -130,9 +132,17 @@ def _extra(
             kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
         else:
             kept[f"results/{path.name}"] = path
+    experiments = [p for p in furnisher.made if p.kind == "experiment"]
+    for made_by in experiments:
+        result = base / "results" / f"{made_by.id}.json"
+        if result.is_file():
+            kept[f"provenance/{made_by.id}.html"] = experiment_page(made_by, result)
+    by_id = {row["id"]: row for row in board}
     known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
         name = f"{path.parent.name}/{path.name}"
+        about = f"provenance/{path.parent.name}/{path.stem}.html"
+        kept[about] = quoted_page(root, path, by_id)
         kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
         kept[f"source/{source_of(path)}"] = root / "chapters" / source_of(path)
     kept |= _code(root, known)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -19,19 +19,15 @@ from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import VerdictError
 from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
 from repro.page.rows import SIGNS, row_templates, words_of
-from repro.run import discover
 from repro.run.results import write_atomic, write_json
 
 TEMPLATES = Path(__file__).with_name("templates")
 
 
-def page(rows: Sequence[Mapping], sources: Iterable[str] = ()) -> str:
-    """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`.
-
-    ``sources`` are the pages whose file the site offers.
-    """
+def page(rows: Sequence[Mapping]) -> str:
+    """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`."""
     template = _templates().get_template("scoreboard.md.jinja")
-    return template.render(_shown(rows), sources=set(sources)) + "\n"
+    return template.render(_shown(rows)) + "\n"
 
 
 @cache
@@ -107,9 +103,8 @@ def main(argv: list[str] | None = None) -> int:
     except (VerdictError, LedgerError) as error:
         print(error, file=sys.stderr)
         return 1
-    sources = {discover.page_id(root, path) for path in discover.page_files(root)}
     write_json(a.out_json, rows)
-    write_atomic(a.out_page, page(rows, sources))
+    write_atomic(a.out_page, page(rows))
     for name, count in headline(rows)["verdict"].items():
         print(f"{count:5d} {name}")
     return 0
