@@ -23,11 +23,8 @@ from raxel.io.files import write_whole
 from repro.judge.scoreboard import rows_of
 
 FIELDS = ("id", "verdict", "value", "low", "high")
-WITH_VALUES = ("claim", "number")
-INTERVAL_SDS = 2 * 1.96
-"""Width of a 95 % interval in standard deviations of the value."""
-ROUNDING = 1e-9
-"""Relative difference that other processors may give the same sum."""
+INTERVAL_SDS = 2 * 1.96  # width of a 95 % interval in SD of the value
+ROUNDING = 1e-9  # relative difference of the same sum on other processors
 
 Entries = Mapping[str, Mapping[str, str]]
 
@@ -41,28 +38,20 @@ class Moved(NamedTuple):
     sds: float | None
 
 
-class Comparison(NamedTuple):
-    """Differences from the reference; ``values`` counts the compared values."""
-
-    moved: list[Moved]
-    verdicts: list[str]
-    values: int
-
-
 def entries(rows: Sequence[Mapping]) -> dict[str, dict[str, str]]:
     """Return id -> texts of `FIELDS`, for rows of the scoreboard in their order."""
     found = {}
     for row in rows:
         numbers = row["regenerated"], *(row["interval"] or (None, None))
-        kept = numbers if row["kind"] in WITH_VALUES else [None] * 3
+        kept = numbers if row["kind"] in ("claim", "number") else [None] * 3
         texts = ("" if number is None else str(number) for number in kept)
         values = (row["id"], row["verdict"], *texts)
         found[row["id"]] = dict(zip(FIELDS, values, strict=True))
     return found
 
 
-def compare(before: Entries, after: Entries) -> Comparison:
-    """Return what differs; an id in only one of the two counts as a verdict.
+def compare(before: Entries, after: Entries) -> tuple[list[Moved], list[str]]:
+    """Return moved values and changed verdicts; an id in one of the two counts as one.
 
     Exact values come first, then those that moved most.
     """
@@ -80,7 +69,7 @@ def compare(before: Entries, after: Entries) -> Comparison:
     moved = sorted(
         (one for one in found if one), key=lambda one: -abs(one.sds or math.inf)
     )
-    return Comparison(moved, verdicts, sum(bool(before[n]["value"]) for n in both))
+    return moved, verdicts
 
 
 def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Moved | None:
@@ -108,19 +97,19 @@ def written(found: Entries) -> str:
     return out.getvalue()
 
 
-def shown(found: Comparison) -> str:
+def shown(moved: Sequence[Moved], verdicts: Sequence[str], values: int) -> str:
     """Return lines: the moved values, the changed verdicts, the counts."""
     lines = [
         f"{one.id:34} {shorten(one.before, 40):>14} -> {shorten(one.after, 40):14} "
         + ("exact" if one.sds is None else f"{one.sds:+.2g} SD")
-        for one in found.moved
+        for one in moved
     ]
-    largest = max((abs(one.sds) for one in found.moved if one.sds), default=0)
+    largest = max((abs(one.sds) for one in moved if one.sds), default=0)
     counts = (
-        f"{len(found.moved)} of {found.values} values moved (by at most {largest:.2g} "
-        f"SD), {len(found.verdicts)} verdicts changed"
+        f"{len(moved)} of {values} values moved (by at most {largest:.2g} SD), "
+        f"{len(verdicts)} verdicts changed"
     )
-    return "\n".join([*lines, *found.verdicts, counts])
+    return "\n".join([*lines, *verdicts, counts])
 
 
 def built(root: Path, effort: str) -> dict[str, dict[str, str]]:
@@ -157,9 +146,10 @@ def _compare(name: str, now: Entries) -> None:
     if not Path(name).is_file():
         raise InputError(f"{name}: no reference; run make reference")
     with open(name, encoding="utf-8", newline="") as file:
-        found = compare({row["id"]: row for row in csv.DictReader(file)}, now)
-    print(shown(found))
-    if found.verdicts:
+        before = {row["id"]: row for row in csv.DictReader(file)}
+    moved, verdicts = compare(before, now)
+    print(shown(moved, verdicts, sum(bool(row["value"]) for row in before.values())))
+    if verdicts:
         raise InputError("verdicts changed; if intended, run make reference")
 
 

@@ -127,16 +127,12 @@ def _extra(
     for path in sorted(base.glob("*")):
         if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
+    experiments = {p.id: p for p in furnisher.made if p.kind == "experiment"}
     for path in sorted((base / "results").glob("[!.]*.json")):
-        if path.name.endswith(".run.json"):
-            kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
-        else:
+        if path.stem in experiments:
             kept[f"results/{path.name}"] = path
-    experiments = [p for p in furnisher.made if p.kind == "experiment"]
-    for made_by in experiments:
-        result = base / "results" / f"{made_by.id}.json"
-        if result.is_file():
-            kept[f"provenance/{made_by.id}.html"] = experiment_page(made_by, result)
+            about = experiment_page(experiments[path.stem], path)
+            kept[f"provenance/{path.stem}.html"] = about
     by_id = {row["id"]: row for row in board}
     known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
@@ -148,13 +144,6 @@ def _extra(
     kept |= _code(root, known)
     known.keep()
     return kept
-
-
-def _log(run: Path) -> str:
-    """A run record for publication: without the name of the machine."""
-    record = json.loads(run.read_text("utf-8"))
-    record.pop("host", None)
-    return json.dumps(record, indent=1) + "\n"
 
 
 def _code(root: Path, known: Kept) -> dict[str, Content]:

@@ -43,55 +43,51 @@ SHA256 = "https://w3id.org/ro/terms/workflow-run#sha256"
 INPUTS = ("data/published/", "data/rigs/", "data/recorded/", "environment.txt")
 
 
-class CrateError(Exception):
-    """A build of which no crate can be made; one line."""
-
-
 def write_crate(root: Path, effort: str, out: Path) -> None:
-    """Write the crate of a finished build as a folder; raises CrateError without
-    one."""
+    """Write the crate of a finished build as a folder."""
     target, site = ("quick", "site-quick") if effort == "quick" else ("report", "site")
     done = root / f"report/build/{effort}/site.done"
     if not done.is_file():
-        raise CrateError(f"no finished {effort} build; run make {target}")
-    if _git(root, "status", "--porcelain"):
-        raise CrateError("uncommitted changes; commit them, the crate names a commit")
+        sys.exit(f"make crate: no finished {effort} build; run make {target}")
+    if _git("status", "--porcelain"):
+        sys.exit("make crate: uncommitted changes; commit them: it names the commit")
     runs = [
         json.loads(path.read_text("utf-8"))
-        for path in sorted(root.glob(f"figures/{effort}/results/*.run.json"))
+        for path in root.glob(f"figures/{effort}/results/*.run.json")
     ]
-    machines = ", ".join(sorted({run["machine"] for run in runs}))
     ended = datetime.fromtimestamp(done.stat().st_mtime, UTC)
+    crate = ROCrate(version="1.1")
+    crate.metadata.extra_terms["sha256"] = SHA256
     with tempfile.TemporaryDirectory() as folder:
-        _git(root, "checkout-index", "--all", f"--prefix={folder}/")
-        crate = ROCrate(version="1.1")
+        _git("checkout-index", "--all", f"--prefix={folder}/")
         workflow = _add_tracked(crate, Path(folder))
-        _describe(crate, root)
         workflow["softwareRequirements"] = _software(crate, runs)
-        built = crate.add_dataset(root / "report" / site, f"report/{site}")
         crate.root_dataset["mentions"] = crate.add_action(
             workflow,
             "#build",
             object=[crate.get(name) for name in INPUTS],
-            result=[built, *_outputs(crate, root, effort)],
+            result=[
+                crate.add_dataset(root / "report" / site, f"report/{site}"),
+                *_outputs(crate, root, effort),
+            ],
             properties={
                 "name": f"make {target}",
-                "description": f"Build of the report on {machines}. Unchanged results "
-                "are of earlier builds.",
+                "description": "Build of the report. Unchanged results are of earlier "
+                f"builds. Machine: {', '.join({run['machine'] for run in runs})}.",
                 "startTime": min(map(_started, runs)).isoformat("T", "seconds"),
                 "endTime": ended.isoformat("T", "seconds"),
             },
         )
+        _describe(crate, json.loads((root / "codemeta.json").read_text("utf-8")))
         crate.write(out)
 
 
-def _git(root: Path, *words: str) -> str:
-    """Output of a git command."""
-    command = ["git", "-C", str(root), *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise CrateError(f"git {words[0]}: {done.stderr.strip()}")
-    return done.stdout.strip()
+def _git(*words: str) -> str:
+    return subprocess.check_output(["git", *words], text=True).strip()
+
+
+def _entity(crate: ROCrate, identifier: str, kind: str, **about: str) -> ContextEntity:
+    return crate.add(ContextEntity(crate, identifier, {"@type": kind, **about}))
 
 
 def _add_tracked(crate: ROCrate, tracked: Path) -> ContextEntity:
@@ -115,63 +111,53 @@ def _add_tracked(crate: ROCrate, tracked: Path) -> ContextEntity:
     return workflow
 
 
-def _format(name: str) -> dict:
+def _format(name: str) -> dict[str, str]:
     return {"encodingFormat": mimetypes.guess_type(name)[0] or "text/plain"}
 
 
-def _describe(crate: ROCrate, root: Path) -> None:
+def _describe(crate: ROCrate, about: dict) -> None:
     """Name, authors, licences, commit and profiles of the crate."""
-    about = json.loads((root / "codemeta.json").read_text("utf-8"))
-    crate.name = f"Report of {about['name']}"
-    crate.description = (
-        "The report, the workflow that built it, its inputs and its environment."
-    )
     crate.mainEntity["version"] = about["version"]
-    crate.metadata.extra_terms["sha256"] = SHA256
-    crate.root_dataset["identifier"] = f"swh:1:rev:{_git(root, 'rev-parse', 'HEAD')}"
-    crate.root_dataset["author"] = crate.add(
-        ContextEntity(crate, "#authors", about["author"][0])
-    )
-    entities = {
-        "license": [(i, _named(n)) for i, n in LICENCES.items()],
+    known = {
+        "name": f"Report of {about['name']}",
+        "description": "The report, its workflow, its inputs and its environment.",
+        "identifier": f"swh:1:rev:{_git('rev-parse', 'HEAD')}",
+        "author": _entity(
+            crate, "#authors", "Organization", name=about["author"][0]["name"]
+        ),
+        "license": [
+            _entity(crate, identifier, "CreativeWork", name=name)
+            for identifier, name in LICENCES.items()
+        ],
         "conformsTo": [
-            (i, {**_named(n), "version": i.rpartition("/")[2]})
-            for i, n in PROFILES.items()
+            _entity(crate, i, "CreativeWork", name=name, version=i.split("/")[-1])
+            for i, name in PROFILES.items()
         ],
     }
-    for key, described in entities.items():
-        found = [crate.add(ContextEntity(crate, i, dict(p))) for i, p in described]
-        crate.root_dataset[key] = found
-
-
-def _named(name: str) -> dict:
-    return {"@type": "CreativeWork", "name": name}
+    for key, value in known.items():
+        crate.root_dataset[key] = value
 
 
 def _software(crate: ROCrate, runs: Sequence[dict]) -> list[ContextEntity]:
     """Python and packages in the versions that the runs recorded."""
-    used = {item for run in runs for item in run["versions"].items()}
-    found = {(f"pkg:pypi/{name}@{v}", name, v) for name, v in used}
-    found |= {
-        (f"pkg:generic/python@{r['python']}", "Python", r["python"]) for r in runs
-    }
+    used = {("pypi", *item) for run in runs for item in run["versions"].items()}
+    used |= {("generic", "python", run["python"]) for run in runs}
     return [
-        crate.add(
-            ContextEntity(
-                crate,
-                identifier,
-                {"@type": "SoftwareApplication", "name": name, "softwareVersion": v},
-            )
+        _entity(
+            crate,
+            f"pkg:{source}/{name}@{version}",
+            "SoftwareApplication",
+            name=name,
+            softwareVersion=version,
         )
-        for identifier, name, v in sorted(found)
+        for source, name, version in sorted(used)
     ]
 
 
 def _outputs(crate: ROCrate, root: Path, effort: str) -> list:
     """The files of `codecheck.yml`, each with its hash."""
-    checked = yaml.safe_load((root / "codecheck.yml").read_text("utf-8"))
     found = []
-    for one in checked["manifest"]:
+    for one in yaml.safe_load((root / "codecheck.yml").read_text("utf-8"))["manifest"]:
         name = one["file"].replace("figures/full/", f"figures/{effort}/")
         digest = hashlib.sha256((root / name).read_bytes()).hexdigest()
         about = {"name": one["comment"], "sha256": digest, **_format(name)}
@@ -210,18 +196,14 @@ def violations(crate: Path) -> list[str]:
     return [f"{issue.check.identifier}: {issue.message}" for issue in issues]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Write and validate the crate; return 1 if it violates the profile."""
     parser = argparse.ArgumentParser(prog="python -m repro.site.crate")
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
-    effort = parser.parse_args(argv).effort
+    effort = parser.parse_args().effort
     out = f"report/raxel-crate-{effort}"
     with tempfile.TemporaryDirectory() as folder:
-        try:
-            write_crate(Path.cwd(), effort, Path(folder))
-        except CrateError as error:
-            print(f"make crate: {error}", file=sys.stderr)
-            return 1
+        write_crate(Path.cwd(), effort, Path(folder))
         found = violations(Path(folder))
         shutil.make_archive(out, "zip", folder)
     print(*found, f"{out}.zip: {len(found)} violations of {PROFILE} 0.5", sep="\n")

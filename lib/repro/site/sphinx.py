@@ -15,7 +15,7 @@ from repro.page.notebook import PageError
 from repro.run.results import WRITTEN
 from repro.site.mirror import Content, files_below, mirror
 
-DOWNLOADS = ("figures", "results", "notebooks", "source", "logs", "sets", "provenance")
+DOWNLOADS = ("figures", "results", "notebooks", "source", "sets", "provenance")
 GENERATED = {"search", "genindex"}
 NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 
