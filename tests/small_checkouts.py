@@ -173,7 +173,8 @@ def small_checkout(root):
     """Figures, results and a scoreboard, as the jobs before the pages leave them."""
     base = root / "figures" / "quick"
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
-    shutil.copy(ROOT / "CITATION.cff", root)
+    for name in ("CITATION.cff", "README.md", "REPRODUCED.md"):
+        shutil.copy(ROOT / name, root)
     drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")

@@ -44,6 +44,7 @@ DOWNLOADS_BY = (
     source_pages.TEMPLATES / "source.html.jinja",
 )
 """Code that makes notebooks and pages of code."""
+DOCUMENTS = ("README.md", "REPRODUCED.md", "environment.txt")
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -123,7 +124,7 @@ def _extra(
 ) -> dict[str, Content]:
     """Downloads: figures, tables, results, their provenance, pages, code."""
     root, base = furnisher.root, furnisher.base
-    kept: dict[str, Content] = {"environment.txt": root / "environment.txt"}
+    kept: dict[str, Content] = {name: root / name for name in DOCUMENTS}
     for path in sorted(base.glob("*")):
         if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
