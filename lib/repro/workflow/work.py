@@ -255,6 +255,7 @@ class Work:
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
         ledger = [*self.ledger(), ERRATA, "CITATION.cff"]
+        ledger += ["README.md", "REPRODUCED.md", "environment.txt"]
         return [GUIDE, *ledger, *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown
