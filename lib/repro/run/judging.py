@@ -22,8 +22,10 @@ def judge(
     mine = [p for p in discover.producers(root) if p.page == page]
     claims, numbers, artefacts = {}, {}, {}
     for found in mine:
-        origin = {"evidence": found.details.get("evidence")}
-        origin["source"] = [found.path, found.function]
+        origin = {
+            "evidence": found.details.get("evidence"),
+            "source": [found.path, found.function],
+        }
         if found.kind in ("claim", "numbers"):
             opened = results.opened(folder / "results", found.needs)
             function = jobs.function_of(found)

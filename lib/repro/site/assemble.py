@@ -132,14 +132,16 @@ def _extra(
     for path in sorted((base / "results").glob("[!.]*.json")):
         if path.stem in experiments:
             kept[f"results/{path.name}"] = path
-            about = experiment_page(experiments[path.stem], path)
-            kept[f"provenance/{path.stem}.html"] = about
+            kept[f"provenance/{path.stem}.html"] = experiment_page(
+                experiments[path.stem], path
+            )
     by_id = {row["id"]: row for row in board}
     known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
         name = f"{path.parent.name}/{path.name}"
-        about = f"provenance/{path.parent.name}/{path.stem}.html"
-        kept[about] = quoted_page(root, path, by_id)
+        kept[f"provenance/{name.removesuffix('.ipynb')}.html"] = quoted_page(
+            root, path, by_id
+        )
         kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
         kept[f"source/{source_of(path)}"] = root / "chapters" / source_of(path)
     kept |= _code(root, known)

@@ -55,7 +55,6 @@ def write_crate(root: Path, effort: str, out: Path) -> None:
         json.loads(path.read_text("utf-8"))
         for path in root.glob(f"figures/{effort}/results/*.run.json")
     ]
-    ended = datetime.fromtimestamp(done.stat().st_mtime, UTC)
     crate = ROCrate(version="1.1")
     crate.metadata.extra_terms["sha256"] = SHA256
     with tempfile.TemporaryDirectory() as folder:
@@ -75,7 +74,9 @@ def write_crate(root: Path, effort: str, out: Path) -> None:
                 "description": "Build of the report. Unchanged results are of earlier "
                 f"builds. Machine: {', '.join({run['machine'] for run in runs})}.",
                 "startTime": min(map(_started, runs)).isoformat("T", "seconds"),
-                "endTime": ended.isoformat("T", "seconds"),
+                "endTime": datetime.fromtimestamp(done.stat().st_mtime, UTC).isoformat(
+                    "T", "seconds"
+                ),
             },
         )
         _describe(crate, json.loads((root / "codemeta.json").read_text("utf-8")))

@@ -3,7 +3,6 @@
 import json
 import re
 import tomllib
-from datetime import date
 from pathlib import Path
 
 import yaml
@@ -21,20 +20,18 @@ OF_CHECKER = {"codechecker", "report", "summary", "certificate"}
 def test_codemeta_agrees_with_citation_and_package():
     about = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert about["@context"] == "https://w3id.org/codemeta/3.0"
-    assert about["name"] == CITATION["title"]
-    assert about["version"] == CITATION["version"] == raxel.__version__
-    licence = about["license"].removeprefix("https://spdx.org/licenses/")
-    assert licence == CITATION["license"] == project["license"]
-    assert [{"name": one["name"]} for one in about["author"]] == CITATION["authors"]
-    assert about["keywords"] == CITATION["keywords"]
-    assert about["description"] == project["description"]
     thesis, cited = about["referencePublication"], CITATION["preferred-citation"]
-    assert thesis["name"] == cited["title"]
-    assert thesis["datePublished"] == str(cited["year"])
-    assert thesis["publisher"]["name"] == cited["institution"]["name"]
-    (author,) = cited["authors"]
-    assert thesis["author"]["familyName"] == author["family-names"]
+    assert about["version"] == raxel.__version__
+    assert about["description"] == project["description"]
+    assert about["license"].endswith(f"/{project['license']}")
+    assert about["license"].endswith(f"/{CITATION['license']}")
+    assert [about["name"], about["version"], about["keywords"]] == [
+        CITATION[key] for key in ("title", "version", "keywords")
+    ]
+    assert [{"name": one["name"]} for one in about["author"]] == CITATION["authors"]
+    assert [thesis["name"], thesis["datePublished"], thesis["publisher"]["name"]] == [
+        cited["title"], str(cited["year"]), cited["institution"]["name"]
+    ]  # fmt: skip
 
 
 def test_codecheck_lists_outputs_of_full_build():
@@ -55,15 +52,3 @@ def test_codecheck_lists_outputs_of_full_build():
         assert path.parent == Path("figures/full")
         assert path.name in made | {"scoreboard.json"}
         assert one["comment"]
-
-
-def test_reproduction_log_has_dated_rows():
-    _, _, log = (ROOT / "REPRODUCED.md").read_text("utf-8").partition("<!-- runs -->")
-    head, _, *rows = [line.strip("| ").split(" | ") for line in log.split("\n") if line]
-    assert head == ["date", "commit", "machine", "command", "time", "result"]
-    dates = [date.fromisoformat(row[0]) for row in rows]
-    assert dates == sorted(dates, reverse=True)
-    for row in rows:
-        assert len(row) == len(head)
-        assert re.fullmatch("[0-9a-f]{7,12}", row[1])
-        assert re.fullmatch("`make [^`]+`", row[3])
