@@ -15,7 +15,11 @@ from repro.page.notebook import PageError
 from repro.run.results import WRITTEN
 from repro.site.mirror import Content, files_below, mirror
 
-DOWNLOADS = ("figures", "results", "notebooks", "source", "sets", "provenance")
+# Earlier builds wrote logs; they are removed.
+DOWNLOADS = (
+    *("figures", "results", "notebooks", "source", "sets", "provenance"),
+    "logs",
+)
 GENERATED = {"search", "genindex"}
 NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 
