@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -12,19 +12,15 @@ from jinja2 import Environment
 from repro.judge.firmness import ALL, NONE, SOME
 from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
 from repro.page.rows import SIGNS, row_templates, words_of
-from repro.run import discover
 from repro.run.results import write_atomic, write_json
 
 TEMPLATES = Path(__file__).with_name("templates")
 
 
-def page(rows: Sequence[Mapping], sources: Iterable[str] = ()) -> str:
-    """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`.
-
-    ``sources`` are the pages whose file the site offers.
-    """
+def page(rows: Sequence[Mapping]) -> str:
+    """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`."""
     template = _templates().get_template("scoreboard.md.jinja")
-    return template.render(_shown(rows), sources=set(sources)) + "\n"
+    return template.render(_shown(rows)) + "\n"
 
 
 @cache
@@ -91,8 +87,7 @@ def write_board(
 ) -> None:
     """Write the board's JSON and page."""
     rows = rows_of(root, effort, judged)
-    sources = {discover.page_id(root, path) for path in discover.page_files(root)}
     write_json(rows_file, rows)
-    write_atomic(page_file, page(rows, sources))
+    write_atomic(page_file, page(rows))
     for name, count in headline(rows)["verdict"].items():
         print(f"{count:5d} {name}")

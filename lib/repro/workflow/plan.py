@@ -308,7 +308,8 @@ class Plan:
             *((p.module, p.function) for p in judging), ("repro.run.judging", "judge")
         )
         known = {q: self.published.readings[q] for q in sorted(asked)}
-        return digest([code, known, self.readings])
+        places = [(p.path, p.function) for p in mine]
+        return digest([code, known, places, self.readings])
 
     def _page_key(self, page: str) -> str:
         """Key of the code that a page's cells can call, and of the files it reads."""
@@ -383,6 +384,7 @@ class Plan:
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
         single = ["data/recorded/README.md", "data/published/errata.md", "CITATION.cff"]
+        single += ["README.md", "REPRODUCED.md", "environment.txt"]
         return [*single, *self.ledger(), *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown
