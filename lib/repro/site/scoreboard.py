@@ -17,7 +17,15 @@ from jinja2 import Environment
 from repro.judge.firmness import ALL, NONE, SOME
 from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import VerdictError
-from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
+from repro.judge.scoreboard import (
+    KINDS,
+    MEANINGS,
+    chapter_order,
+    concluded,
+    headline,
+    read_statements,
+    rows_of,
+)
 from repro.page.rows import SIGNS, row_templates, words_of
 from repro.run import discover
 from repro.run.results import write_atomic, write_json
@@ -25,13 +33,19 @@ from repro.run.results import write_atomic, write_json
 TEMPLATES = Path(__file__).with_name("templates")
 
 
-def page(rows: Sequence[Mapping], sources: Iterable[str] = ()) -> str:
+def page(
+    rows: Sequence[Mapping],
+    sources: Iterable[str] = (),
+    statements: Sequence[Mapping] = (),
+) -> str:
     """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`.
 
-    ``sources`` are the pages whose file the site offers.
+    ``sources`` are the pages whose file the site offers, ``statements`` those whose
+    leading claims the first screen shows.
     """
     template = _templates().get_template("scoreboard.md.jinja")
-    return template.render(_shown(rows), sources=set(sources)) + "\n"
+    leading = concluded([one for one in statements if "leading" in one], rows)
+    return template.render(_shown(rows), sources=set(sources), leading=leading) + "\n"
 
 
 @cache
@@ -55,6 +69,7 @@ def _shown(rows: Sequence[Mapping]) -> dict:
     return {
         "all": len(rows),
         "changed": counts["changed"],
+        "claims": counts["claims"],
         "words": words_of(rows),
         "firm": [
             (
@@ -104,12 +119,13 @@ def main(argv: list[str] | None = None) -> int:
     root = Path.cwd()
     try:
         rows = rows_of(root, a.effort, a.judged)
+        statements = read_statements(root)
     except (VerdictError, LedgerError) as error:
         print(error, file=sys.stderr)
         return 1
     sources = {discover.page_id(root, path) for path in discover.page_files(root)}
     write_json(a.out_json, rows)
-    write_atomic(a.out_page, page(rows, sources))
+    write_atomic(a.out_page, page(rows, sources, statements))
     for name, count in headline(rows)["verdict"].items():
         print(f"{count:5d} {name}")
     return 0
