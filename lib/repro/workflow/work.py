@@ -25,7 +25,7 @@ VIEWER = (
     "lib/repro/page/templates/film.html.jinja",
 )
 ERRATA = "data/published/errata.md"
-LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
+LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
 
 
 class Work:
@@ -204,9 +204,11 @@ class Work:
 
     def pages_read(self, page: str) -> list[str]:
         """Files of the chapters, and the README with the build times, for a page with
-        `READS_PAGES = True`.
+        `READS_PAGES = True`; the scoreboard for one with `READS_VERDICTS = True`.
         """
         text = self.pages[page].read_text("utf-8")
+        if re.search(r"^READS_VERDICTS = True$", text, re.MULTILINE):
+            return [f"{self.base}/scoreboard.json"]
         if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
             return []
         files = {p.relative_to(self.root).as_posix() for p in self.pages.values()}
