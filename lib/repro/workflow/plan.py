@@ -47,7 +47,7 @@ GATHERING_S = 1.0
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 """What a job may need of the measured peak and processor time, on other machines."""
 UNMEASURED_MB = 2000.0
-LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
+LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
 VIEWER = (
     "lib/raxel/show/page.html",
     "lib/raxel/show/page.js",
@@ -225,8 +225,10 @@ class Plan:
                 path.relative_to(self.root), self.size.name, self._notebook(page),
             )  # fmt: skip
             key = partial(self._page_key, page)
-            needs = tuple(dict.fromkeys((*deciding, *needs)))
-            yield Task(f"notebook/{page}", "notebooks", make, key, needs)
+            board = ("scoreboard",) if self._says(page, "READS_VERDICTS") else ()
+            needs = tuple(dict.fromkeys((*board, *deciding, *needs)))
+            group = "".join(board)
+            yield Task(f"notebook/{page}", "notebooks", make, key, needs, group=group)
 
     def _report_tasks(self) -> Iterator[Task]:
         books = tuple(f"notebook/{page}" for page in self.pages)
@@ -239,7 +241,8 @@ class Plan:
             call, "repro.site.scoreboard:write_board", self.root, self.size.effort,
             Path(self.base, "judged"), *board,
         )  # fmt: skip
-        yield Task("scoreboard", "report", make, self._scoreboard_key, judged)
+        key = self._scoreboard_key
+        yield Task("scoreboard", "pages", make, key, judged, group="scoreboard")
         make = partial(
             call, "repro.site.sphinx:make_site", self.root, self.size.name, files,
             *board, self.image_sets.results(), Path(self.source), Path(self.size.site),
@@ -348,12 +351,16 @@ class Plan:
         """Files of the chapters, and the README with the build times, for a page with
         `READS_PAGES = True`.
         """
-        text = self.pages[page].read_text("utf-8")
-        if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
+        if not self._says(page, "READS_PAGES"):
             return []
         files = {p.relative_to(self.root).as_posix() for p in self.pages.values()}
         parts = "chapters/ch", "chapters/appendix_"
         return [*sorted(name for name in files if name.startswith(parts)), "README.md"]
+
+    def _says(self, page: str, name: str) -> bool:
+        """Whether a page's file sets a name to True."""
+        text = self.pages[page].read_text("utf-8")
+        return bool(re.search(rf"^{name} = True$", text, re.MULTILINE))
 
     def judged_with(self, page: str) -> list[str]:
         """Return the page, and those whose claims decide on its artefacts."""
