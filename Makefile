@@ -25,7 +25,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test verify test-formats test-cluster test-container times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test verify test-formats test-cluster test-container times compare reference recorded notebooks lab answers archive crate pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -55,6 +55,12 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.workflow.costs --effort $(EFFORT)
 
+compare: setup ## what moved since the accepted build, in SD over the trials; a changed verdict fails (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.judge.reference compare --effort $(EFFORT)
+
+reference: setup ## accept the built report: writes its verdicts and numbers to data/reference (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.judge.reference reference --effort $(EFFORT)
+
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)
 
@@ -76,6 +82,10 @@ answers: notebooks ## the exercises with their answers, a sheet per lesson, for 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
 	@cd report && $(CURDIR)/.venv/bin/python -m zipfile -c raxel-report-$(EFFORT).zip $(notdir $(SITE))
+
+crate: setup ## the built report as a Workflow Run RO-Crate, validated: report/raxel-crate-full.zip (EFFORT=quick)
+	@$(PYTHON) lib/repro/bootstrap.py --crate
+	@$(RUN) PYTHONPATH=lib .venv/crate/bin/python -m repro.site.crate --effort $(EFFORT)
 
 pdf: setup ## the chapters of the built report as one document, by Chromium: report/raxel-report.pdf (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.site.book $(SITE) report/raxel-report.pdf

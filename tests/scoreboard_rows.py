@@ -40,6 +40,7 @@ def row(identifier, **changed):
         "changed": "",
         "variants": [],
         "page": f"{SECTION}.html",
+        "source": f"source/{SECTION}/claims.py.html#one",
         "data": ["results/sweep.json", "figures/fig_2_3.csv", "figures/fig_2_3.svg"],
     } | changed
 

@@ -88,6 +88,15 @@ ODD = (
     "1.23456789",
     "two\n\n<b>lines</b>",
 )
+EXPERIMENT = """from repro.run import experiment
+
+
+@experiment("sweep", artefact="fig_2_3")
+def sweep(effort):
+    pass
+"""
+INPUT_HASH = "ab" * 32
+SWEEP = "ch02_sample/s5_page/experiment.py.html#sweep"
 ODD_PAGE = """# %% [markdown]
 # # {glue:text}`all`
 #
@@ -164,7 +173,8 @@ def small_checkout(root):
     """Figures, results and a scoreboard, as the jobs before the pages leave them."""
     base = root / "figures" / "quick"
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
-    shutil.copy(ROOT / "CITATION.cff", root)
+    for name in ("CITATION.cff", "README.md", "REPRODUCED.md"):
+        shutil.copy(ROOT / name, root)
     drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
@@ -183,7 +193,11 @@ def small_checkout(root):
         base / "results" / "sweep.json",
         {
             "experiment": "sweep",
+            "artefact": "fig_2_3",
             "effort": "quick",
+            "code": "0123",
+            "seed": 2009,
+            "inputs": {"small.yaml": INPUT_HASH},
             "settings": {},
             "conditions": [{}],
             "trials_per_condition": 2,
@@ -192,18 +206,24 @@ def small_checkout(root):
         },
     )
     number = {"value": 0.11345, "interval": [0.111, 0.1162], "unit": "px"}
-    run = {"seconds": 1.5, "host": "some-machine", "versions": {"numpy": "2"}}
+    run = {"seconds": 1.5, "host": "some-machine", "versions": {"numpy": "2.0"}}
+    run |= {"jobs": 1, "machine": "x86_64", "python": "3.11.0", "finished": "2026"}
     write_json(base / "results" / "sweep.run.json", run)
     write_json(
         base / "judged" / "ch02_sample" / "s5_page.json", {"numbers": {"n_one": number}}
     )
-    kinds = [("artefact", "not yet"), ("claim", "differs"), ("number", "setting")]
+    kinds = [
+        ("artefact", "artefact", "not yet"),
+        ("claim", "claim", "differs"),
+        ("n_one", "number", "setting"),
+    ]
+    origin = {"data": ["results/sweep.json"], "source": f"source/{SWEEP}"}
     write_json(
         base / "scoreboard.json",
         [
-            {"id": k, "kind": k, "chapter": 2, "verdict": v}
-            | {"firmness": None, "changed": ""}
-            for k, v in kinds
+            {"id": name, "kind": kind, "chapter": 2, "verdict": verdict}
+            | {"firmness": None, "changed": "", **origin}
+            for name, kind, verdict in kinds
         ],
     )
     book = ledger.load(root)
@@ -214,6 +234,8 @@ def small_checkout(root):
     chapter = '"""Chapter 2: a sample.\n\nIts introduction.\n"""\n'
     for path, text in {
         "chapters/ch02_sample/__init__.py": chapter,
+        "chapters/ch02_sample/s5_page/experiment.py": EXPERIMENT,
+        "environment.txt": "numpy==2.0\n",
         "lib/raxel/rays/lines.py": LIBRARY,
         "lib/raxel/rays/__init__.py": '"""Rays | of <cameras>."""\n',
         "lib/raxel/__init__.py": '"""A *library*."""\n',

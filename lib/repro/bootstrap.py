@@ -14,6 +14,7 @@ from pathlib import Path
 
 VENV = Path(".venv")
 PYTHON = VENV / "bin" / "python"
+CRATE = VENV / "crate"
 OLDEST, NEWEST = (3, 11), (3, 13)
 PROBE = (
     "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); "
@@ -34,6 +35,8 @@ def main(options):
             once(Path(f"lib/repro/{name}.txt"), f"{name}-installed", install_pins)
     if "--slurm-plugin" in options:
         once(Path("lib/repro/slurm.txt"), "slurm-installed", install_slurm_plugin)
+    if "--crate" in options:
+        once(Path("lib/repro/crate.txt"), "crate-installed", install_crate)
     if "--rendering" in options:
         probe_rendering()
 
@@ -77,6 +80,13 @@ def install_pins(pins, *options):
     pip("--require-hashes", "--no-deps", *options, "-r", pins)
 
 
+def install_crate(pins):
+    """Make the environment of `make crate`, whose packages do not fit the others."""
+    must(run(PYTHON, "-m", "venv", "--clear", CRATE), "python -m venv")
+    say(f"packages from {pins} (30 MB)")
+    pip("--require-hashes", "--no-deps", "-r", pins, python=CRATE / "bin" / "python")
+
+
 def install_project(_):
     """Install the project in editable mode and compile the loops of the library."""
     pip("--no-deps", "--no-build-isolation", "--editable", ".")
@@ -86,10 +96,10 @@ def install_project(_):
     must(run(PYTHON, "-m", "raxel.compile_loops"), "python -m raxel.compile_loops")
 
 
-def pip(*arguments):
-    """Install with the environment's pip, quietly."""
+def pip(*arguments, python=PYTHON):
+    """Install with an environment's pip, quietly."""
     options = "--quiet", "--disable-pip-version-check", "--no-input", *arguments
-    must(run(PYTHON, "-m", "pip", "install", *options), "pip install")
+    must(run(python, "-m", "pip", "install", *options), "pip install")
 
 
 def probe_rendering():

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from repro.judge import ledger, verdict
+from repro.judge import firmness, ledger, verdict
 from repro.judge.firmness import ALL
 from repro.judge.number_rules import VerdictError
-from repro.judge.schema import faults
+from repro.judge.schema import faults, hint
 
 KINDS = ("artefact", "section", "claim", "number")
+# The first of these verdicts among its claims is that of a statement.
+WEAKEST = ("quick", "not yet", "differs", "undecided", "not comparable", "reproduced")
 MEANINGS = {
     "reproduced": "The stated test holds. An artefact: all its decided claims hold, or "
     "the drawing equals the computed geometry.",
@@ -91,3 +93,39 @@ def rows_of(root: Path, effort: str, folder: Path) -> list[dict]:
     judged = verdict.read_judged(folder)
     unfinished = verdict.read_unfinished(root)
     return checked(verdict.rows(ledger.load(root), judged, unfinished, effort))
+
+
+def read_statements(root: Path) -> list[dict]:
+    """Return goals, contributions and summaries of the thesis, each with the ids of its
+    claims; LedgerError for an invalid file or an unknown claim."""
+    name, known = "conclusions.yaml", ledger.load(root).claims
+    content = ledger.read_yaml(root / ledger.FOLDER / name)
+    wrong = faults(content, "conclusions", name) or [
+        f"{name}: {one['id']}: claims: found {claim!r}, no claim of claims.yaml"
+        f"{hint(claim, known) or '; list it there'}"
+        for one in content["statements"]
+        for claim in one["claims"]
+        if claim not in known
+    ]
+    if wrong:
+        raise ledger.LedgerError(wrong[0])
+    return content["statements"]
+
+
+def verdict_of(verdicts: Iterable[str]) -> str:
+    """Return the verdict of a statement from those of its claims.
+
+    A claim that is not comparable leaves a part of the statement undecided.
+    """
+    weakest = min(verdicts, key=WEAKEST.index)
+    return "undecided" if weakest == "not comparable" else weakest
+
+
+def concluded(statements: Sequence[Mapping], rows: Sequence[Mapping]) -> list[dict]:
+    """Return statements with verdict and firmness; their claims become rows."""
+    board = {row["id"]: row for row in rows}
+    found = [{**s, "claims": [board[c] for c in s["claims"]]} for s in statements]
+    for one in found:
+        one["verdict"] = verdict_of(row["verdict"] for row in one["claims"])
+        one |= firmness.of_claims(one["verdict"], one["claims"])
+    return found

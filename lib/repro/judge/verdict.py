@@ -181,6 +181,7 @@ class _Board:
             "changed": entry.get("changed", ""),
             "variants": [],
             "page": None,
+            "source": None,
             "data": [],
         }
 
@@ -199,12 +200,14 @@ class _Board:
 
 
 def _site_files(entry: Mapping) -> dict:
-    """Page and data as addresses on the site, which keeps the names of files."""
+    """Page, code and data as addresses on the site, which keeps the names of
+    files."""
     files = [
         ("results/" if "results" in Path(f).parts else "figures/") + Path(f).name
         for f in entry.get("data", entry.get("files", []))
     ]
-    return {"page": f"{entry['page']}.html", "data": files}
+    source = "source/{}.html#{}".format(*entry["source"]) if "source" in entry else None
+    return {"page": f"{entry['page']}.html", "source": source, "data": files}
 
 
 def _joined(*reasons: str) -> str:

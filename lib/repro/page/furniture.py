@@ -35,7 +35,7 @@ class Behind:
     """Sources of an artefact; addresses are relative to its page."""
 
     command: str
-    logs: Sequence[tuple[str, str]]
+    provenance: Sequence[tuple[str, str]]
     source: str
     path: str
     function: str
@@ -121,7 +121,7 @@ class Furnisher:
         )
 
     def behind(self, name: str, about: Mapping) -> Behind:
-        """Command, logs, code and comparison of an artefact.
+        """Command, provenance, code and comparison of an artefact.
 
         ``about`` is the content of its description file.
         """
@@ -129,7 +129,7 @@ class Furnisher:
         compared = f"{self.up}scoreboard.html#{name}"
         return Behind(
             command=self._command(name),
-            logs=self._logs(name, about),
+            provenance=[(f"{self.up}provenance/{r}.html", r) for r in about["results"]],
             source=f"{self.up}source/{path}.html#{function}",
             path=path,
             function=function,
@@ -142,14 +142,6 @@ class Furnisher:
         if self.effort != "full":
             words.append(f"EFFORT={self.effort}")
         return " ".join(words)
-
-    def _logs(self, name: str, about: Mapping) -> list[tuple[str, str]]:
-        """Address and name of the run record of each experiment that was read."""
-        return [
-            (f"{self.up}logs/{result}.json", result)
-            for result in about["results"]
-            if (self.base / f"results/{result}.run.json").is_file()
-        ]
 
 
 def _original(entry: Mapping) -> list[tuple[str, Markup]]:

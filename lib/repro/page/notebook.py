@@ -185,7 +185,8 @@ def _line_of(text: str, path: Path) -> int:
 def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
     """Keep only reproducible outputs, and insert values into the prose.
 
-    Returns where each name was made: path, line, function, and available results.
+    Returns the value of each name and where it was made: path, line, function, and
+    available results.
     Standard error goes to the log. A `{glue:text}` role in a markdown cell is replaced
     by the value, so that the notebook reads like the page. A cell that only names
     values, or a display cell without output, is omitted from the page.
@@ -213,9 +214,13 @@ def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
 
 
 def _made_by(cell: NotebookNode, path: Path) -> dict[str, dict]:
-    """Where the names of a cell were made; lines of cells as those of the page."""
+    """Values of the names of a cell and where they were made, lines as on the page."""
     glued = [o.metadata["scrapbook"] for o in cell.outputs if _glue_name(o)]
-    names = {one["name"]: dict(one["made"]) for one in glued if "made" in one}
+    names = {
+        one["name"]: {**one["made"], "value": one["value"]}
+        for one in glued
+        if "made" in one
+    }
     for made in names.values():
         if not made["path"]:
             made["path"] = "/".join(("chapters", *path.parts[-3:]))

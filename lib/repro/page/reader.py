@@ -329,6 +329,32 @@ def compared(page: str | None = None) -> Shown:
     return Shown(table, table)
 
 
+def scoreboard() -> tuple[list[dict], list[dict]]:
+    """Return the rows of the scoreboard of this build, and the statements of the thesis
+    (`repro.judge.scoreboard.concluded`), for a page with `READS_VERDICTS = True`.
+
+    No printed number is included: rows other than claims have only a verdict.
+    """
+    from repro.judge.scoreboard import concluded, read_statements
+
+    path = _needed(base() / "scoreboard.json", "report")
+    rows = [
+        row
+        if row["kind"] == "claim"
+        else {key: row[key] for key in ("id", "kind", "chapter", "verdict")}
+        for row in json.loads(path.read_text("utf-8"))
+    ]
+    return rows, concluded(read_statements(checkout()), rows)
+
+
+def show_part(name: str, *values: object) -> Shown:
+    """Show a part of the scoreboard, by the name of its macro (`repro.page.rows`)."""
+    from repro.page.rows import part
+
+    text = part(name, *values, _up())
+    return Shown(text, text)
+
+
 def page_id() -> str:
     """Return the id of the page being built (`RAXEL_PAGE`)."""
     page = os.environ.get("RAXEL_PAGE", "")

@@ -17,7 +17,6 @@ from repro.page.templates import environment
 from repro.page.wording import HIDDEN_UNITS, label, rounded, significant
 from repro.run import discover
 from repro.run.deciding import judged_with
-from repro.run.discover import PAGE_FILE
 
 SIGNS = {
     "reproduced": "✓",
@@ -173,11 +172,11 @@ def _pairs(reading: Iterable[tuple[str, str]]) -> str:
     return line("; ".join(f"{q}: {o}" for q, o in reading).replace("_", " "))
 
 
-def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]]:
-    """Address, short name and description of a row's page, its data, its source.
+def addresses(row: Mapping) -> list[tuple[str, str, str]]:
+    """Address, short name and description of a row's page, its data, its code.
 
     The page opens at the row; an artefact's figure is its own anchor, and a section has
-    only the comparison as a whole.
+    only the comparison as a whole. Results lead to their provenance.
     """
     found = []
     if row["page"]:
@@ -185,13 +184,13 @@ def addresses(row: Mapping, sources: Iterable[str]) -> list[tuple[str, str, str]
         found.append((f"{row['page']}#{anchor}", "page", f"page of {row['id']}"))
     for address in row["data"]:
         path = PurePosixPath(address)
-        if path.suffix not in (".csv", ".json"):
-            continue
-        short = path.stem if path.parent.name == "results" else path.suffix[1:].upper()
-        found.append((address, short, path.name))
-    name = (row["page"] or "").removesuffix(".html")
-    if name in sources:
-        found.append((f"source/{name}/{PAGE_FILE}", "source", f"source of {row['id']}"))
+        if path.suffix == ".json":
+            about = f"provenance of {path.stem}"
+            found.append((f"provenance/{path.stem}.html", path.stem, about))
+        elif path.suffix == ".csv":
+            found.append((address, "CSV", path.name))
+    if row["source"]:
+        found.append((row["source"], "code", f"code of {row['id']}"))
     return found
 
 
@@ -211,23 +210,15 @@ def comparison_table(page: str, effort: str, root: Path) -> str:
     elsewhere = {str(book.chapter(i)): "judged on another page" for i in every}
     rows = scoreboard.checked(verdict.rows(book, judged, elsewhere, effort))
     own = [row for row in rows if row["id"] in mine]
-    tests = {
-        p.id: f"source/{p.path}.html#{p.function}" for p in made if p.kind == "claim"
-    }
-    return comparison(own, effort, "../" * page.count("/"), tests, words_of(rows))
+    return comparison(own, effort, "../" * page.count("/"), words_of(rows))
 
 
 def comparison(
-    rows: Sequence[Mapping],
-    effort: str,
-    up: str,
-    tests: Mapping[str, str],
-    words: Mapping[str, str],
+    rows: Sequence[Mapping], effort: str, up: str, words: Mapping[str, str]
 ) -> str:
     """Rows as one table per kind; ``up`` leads to the top of the site.
 
-    ``tests`` says where in the site the code of a claim's test is shown, ``words``
-    what to write for the id of a row.
+    ``words`` says what to write for the id of a row.
     """
     kinds = [
         (kind, [row for row in rows if row["kind"] == kind])
@@ -235,5 +226,5 @@ def comparison(
     ]
     template = _own().get_template("compared.html.jinja")
     return template.render(
-        kinds=kinds, effort=effort, up=up, tests=tests, words=words, empty=not rows
+        kinds=kinds, effort=effort, up=up, words=words, empty=not rows
     )

@@ -22,7 +22,10 @@ def judge(
     mine = [p for p in discover.producers(root) if p.page == page]
     claims, numbers, artefacts = {}, {}, {}
     for found in mine:
-        evidence = found.details.get("evidence")
+        origin = {
+            "evidence": found.details.get("evidence"),
+            "source": [found.path, found.function],
+        }
         if found.kind in ("claim", "numbers"):
             opened = results.opened(folder / "results", found.needs)
             function = jobs.function_of(found)
@@ -33,13 +36,13 @@ def judge(
             claim = None if readings == "all" else found.id
             made = in_every_reading(function, opened, known, questions, claim)
             claims[found.id] = {
-                "evidence": evidence,
+                **origin,
                 "readings": [_finite(reading.as_dict()) for reading in made],
                 "data": data,
             }
         elif found.kind == "numbers":
             numbers |= {
-                key: _finite({**vars(value), "evidence": evidence, "data": data})
+                key: _finite({**vars(value), **origin, "data": data})
                 for key, value in function(opened).items()
             }
         elif found.kind in ("figure", "table"):
@@ -47,7 +50,7 @@ def judge(
             endings = ["svg", "png", "csv"] if found.kind == "figure" else ["csv"]
             endings += ["html"] if found.details.get("scene") else []
             artefacts[found.id] = {
-                "evidence": evidence,
+                **origin,
                 "files": [(folder / f"{found.id}.{e}").as_posix() for e in endings],
                 "check": described["check"],
             }

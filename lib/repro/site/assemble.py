@@ -26,6 +26,7 @@ from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.library import library_pages
 from repro.site.mirror import Content, files_below, made, mirror
 from repro.site.notebooks import workable
+from repro.site.provenance import experiment_page, quoted_page
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
@@ -37,6 +38,7 @@ DOWNLOADS_BY = (
     source_pages.TEMPLATES / "source.html.jinja",
 )
 """Code that makes notebooks and pages of code."""
+DOCUMENTS = ("README.md", "REPRODUCED.md", "environment.txt")
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -77,9 +79,10 @@ def assemble(
     wanted |= _filled(root, effort, chapters, board, list(sets.values()))
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= library_pages(root / "lib" / "raxel")
+    wanted["_extra/scoreboard.json"] = rows
     wanted |= {
         f"_extra/{name}": content
-        for name, content in _extra(root, effort, pages, rows).items()
+        for name, content in _extra(furnisher, pages, board).items()
     }
     wanted |= {
         f"_extra/sets/{one['name']}/{file}": path.with_suffix("") / file
@@ -111,34 +114,33 @@ def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
 
 
 def _extra(
-    root: Path, effort: str, pages: Sequence[Path], rows: Path
+    furnisher: Furnisher, pages: Sequence[Path], board: Sequence[Mapping]
 ) -> dict[str, Content]:
-    """Downloads: figures, tables, results, pages, the scoreboard, code."""
-    base = root / "figures" / effort
-    kept: dict[str, Content] = {"scoreboard.json": rows}
+    """Downloads: figures, tables, results, their provenance, pages, code."""
+    root, base = furnisher.root, furnisher.base
+    kept: dict[str, Content] = {name: root / name for name in DOCUMENTS}
     for path in sorted(base.glob("*")):
         if path.suffix in SHOWN and not path.name.startswith("."):
             kept[f"figures/{path.name}"] = path
+    experiments = {p.id: p for p in furnisher.made if p.kind == "experiment"}
     for path in sorted((base / "results").glob("[!.]*.json")):
-        if path.name.endswith(".run.json"):
-            kept[f"logs/{path.name.replace('.run.json', '.json')}"] = _log(path)
-        else:
+        if path.stem in experiments:
             kept[f"results/{path.name}"] = path
+            kept[f"provenance/{path.stem}.html"] = experiment_page(
+                experiments[path.stem], path
+            )
+    by_id = {row["id"]: row for row in board}
     known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
         name = f"{path.parent.name}/{path.name}"
+        kept[f"provenance/{name.removesuffix('.ipynb')}.html"] = quoted_page(
+            root, path, by_id
+        )
         kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
         kept[f"source/{source_of(path)}"] = root / "chapters" / source_of(path)
     kept |= _code(root, known)
     known.keep()
     return kept
-
-
-def _log(run: Path) -> str:
-    """A run record for publication: without the name of the machine."""
-    record = json.loads(run.read_text("utf-8"))
-    record.pop("host", None)
-    return json.dumps(record, indent=1) + "\n"
 
 
 def _code(root: Path, known: Kept) -> dict[str, Content]:

@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment
 
 from repro.judge.firmness import ALL, NONE, SOME
-from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
+from repro.judge.scoreboard import (
+    KINDS,
+    MEANINGS,
+    chapter_order,
+    concluded,
+    headline,
+    read_statements,
+    rows_of,
+)
 from repro.page.rows import SIGNS, row_templates, words_of
-from repro.run import discover
 from repro.run.results import write_atomic, write_json
 
 TEMPLATES = Path(__file__).with_name("templates")
 
 
-def page(rows: Sequence[Mapping], sources: Iterable[str] = ()) -> str:
+def page(rows: Sequence[Mapping], statements: Sequence[Mapping] = ()) -> str:
     """The scoreboard's page, MyST with HTML. ``rows`` have passed `checked`.
 
-    ``sources`` are the pages whose file the site offers.
+    ``statements`` are those whose leading claims the first screen shows.
     """
     template = _templates().get_template("scoreboard.md.jinja")
-    return template.render(_shown(rows), sources=set(sources)) + "\n"
+    leading = concluded([one for one in statements if "leading" in one], rows)
+    return template.render(_shown(rows), leading=leading) + "\n"
 
 
 @cache
@@ -48,6 +56,7 @@ def _shown(rows: Sequence[Mapping]) -> dict:
     return {
         "all": len(rows),
         "changed": counts["changed"],
+        "claims": counts["claims"],
         "words": words_of(rows),
         "firm": [
             (
@@ -91,8 +100,8 @@ def write_board(
 ) -> None:
     """Write the board's JSON and page."""
     rows = rows_of(root, effort, judged)
-    sources = {discover.page_id(root, path) for path in discover.page_files(root)}
+    statements = read_statements(root)
     write_json(rows_file, rows)
-    write_atomic(page_file, page(rows, sources))
+    write_atomic(page_file, page(rows, statements))
     for name, count in headline(rows)["verdict"].items():
         print(f"{count:5d} {name}")

@@ -14,7 +14,11 @@ from repro.site.assemble import assemble
 from repro.site.check import check_site
 from repro.site.mirror import Content, files_below, mirror
 
-DOWNLOADS = ("figures", "results", "notebooks", "source", "logs", "sets")
+# Earlier builds wrote logs; they are removed.
+DOWNLOADS = (
+    *("figures", "results", "notebooks", "source", "sets", "provenance"),
+    "logs",
+)
 GENERATED = {"search", "genindex"}
 NOT_PUBLISHED = (".buildinfo", ".buildinfo.bak", "objects.inv")
 

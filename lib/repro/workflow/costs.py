@@ -63,6 +63,8 @@ def measured(root: Path, plan) -> dict[str, Cost]:
         if not path.is_file():
             continue
         record = json.loads(path.read_text("utf-8"))
+        if not record["files"]:  # a part that was not needed
+            continue
         kind, _, rest = name.partition("/")
         key = f"experiment/{rest.partition('/')[0]}" if kind == "part" else name
         before = sums.get(key, Cost(0.0, 0.0))
@@ -81,12 +83,12 @@ def _trials(plan, experiment: str) -> tuple[int, int]:
 
 
 def keep(root: Path, effort: str, found: Mapping[str, Cost]) -> None:
-    """Store the costs of one effort; those of the other remain."""
+    """Store the costs of one effort. Others, and those not measured now, remain."""
     text = StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(FIELDS)
     for one in ("quick", "full"):
-        known = found if one == effort else costs(root, one)
+        known = costs(root, one) | (found if one == effort else {})
         for name, cost in sorted(known.items()):
             table.writerow(
                 [one, name, round(cost.seconds, 1), round(cost.peak_mb), *cost[2:]]

@@ -21,6 +21,7 @@ from repro.run.results import WRITTEN, write_json
 from repro.workflow import records
 from repro.workflow.plan import Job, Plan, Task, planned
 
+COST = ("seconds", "processor_seconds", "peak_mb")
 USED = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
@@ -36,6 +37,10 @@ def run(plan: Plan, job: Job) -> None:
         for task in job.tasks:
             if records.fresh(plan, task):
                 print(f"{task.name}: unchanged", flush=True)
+            elif records.covered(plan, task):
+                print(f"{task.name}: not needed", flush=True)
+                needs = records.digests(plan, task.needs)
+                records.write(plan, task, needs, dict.fromkeys(COST, 0.0), ())
             else:
                 _make(plan, task)
     write_json(marker, records.digests(plan, [task.name for task in job.tasks]))
@@ -52,11 +57,9 @@ def _make(plan: Plan, task: Task) -> None:
     except BaseException as fault:
         fault.add_note(f"in {task.name}")
         raise
-    cost = {
-        "seconds": round(time.monotonic() - start, 2),
-        "processor_seconds": round(_processor_seconds() - used, 2),
-        "peak_mb": round(max(resource.getrusage(w).ru_maxrss for w in USED) / 1024, 1),
-    }
+    peak_kb = max(resource.getrusage(who).ru_maxrss for who in USED)
+    took = time.monotonic() - start, _processor_seconds() - used, peak_kb / 1024
+    cost = {name: round(value, 2) for name, value in zip(COST, took, strict=True)}
     records.write(plan, task, needs, cost, WRITTEN[before:])
 
 

@@ -49,7 +49,7 @@ MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 UNMEASURED_MB = 2000.0
 STARTING_MB = 300
 """Memory of Snakemake, which starts a job on a node of a cluster."""
-LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
+LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
 VIEWER = (
     "lib/raxel/show/page.html",
     "lib/raxel/show/page.js",
@@ -63,7 +63,8 @@ class Task:
     """What makes one product, named KIND/ID, from the products of other tasks.
 
     ``unit``: tasks of one unit stay in one job. ``group``: only tasks of one group
-    share a job.
+    share a job. ``covered_by``: the experiment of a part, whose result makes it
+    needless.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Task:
     needs: tuple[str, ...] = ()
     unit: str = ""
     group: str = ""
+    covered_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,9 @@ class Plan:
             parts = [f"part/{found.id}/{i}-of-{count}" for i in range(count)]
             for i, part in enumerate(parts):
                 make = partial(self._part, found, i, count)
-                yield Task(part, "experiments", make, key, needs, group=group)
+                yield Task(
+                    part, "experiments", make, key, needs, group=group, covered_by=name
+                )
             group += " first" if found.id in read else ""
             make = partial(self._gathered, found, count)
             yield Task(name, "results", make, key, (*parts, *needs), group=group)
@@ -223,8 +227,10 @@ class Plan:
                 path.relative_to(self.root), self.size.name, self._notebook(page),
             )  # fmt: skip
             key = partial(self._page_key, page)
-            needs = tuple(dict.fromkeys((*deciding, *needs)))
-            yield Task(f"notebook/{page}", "notebooks", make, key, needs)
+            board = ("scoreboard",) if self._says(page, "READS_VERDICTS") else ()
+            needs = tuple(dict.fromkeys((*board, *deciding, *needs)))
+            group = "".join(board)
+            yield Task(f"notebook/{page}", "notebooks", make, key, needs, group=group)
 
     def _report_tasks(self) -> Iterator[Task]:
         books = tuple(f"notebook/{page}" for page in self.pages)
@@ -237,7 +243,8 @@ class Plan:
             call, "repro.site.scoreboard:write_board", self.root, self.size.effort,
             Path(self.base, "judged"), *board,
         )  # fmt: skip
-        yield Task("scoreboard", "report", make, self._scoreboard_key, judged)
+        key = self._scoreboard_key
+        yield Task("scoreboard", "pages", make, key, judged, group="scoreboard")
         make = partial(
             call, "repro.site.sphinx:make_site", self.root, self.size.name, files,
             *board, self.image_sets.results(), Path(self.source), Path(self.size.site),
@@ -306,7 +313,8 @@ class Plan:
             *((p.module, p.function) for p in judging), ("repro.run.judging", "judge")
         )
         known = {q: self.published.readings[q] for q in sorted(asked)}
-        return digest([code, known, self.readings])
+        places = [(p.path, p.function) for p in mine]
+        return digest([code, known, places, self.readings])
 
     def _page_key(self, page: str) -> str:
         """Key of the code that a page's cells can call, and of the files it reads."""
@@ -345,12 +353,16 @@ class Plan:
         """Files of the chapters, and the README with the build times, for a page with
         `READS_PAGES = True`.
         """
-        text = self.pages[page].read_text("utf-8")
-        if not re.search(r"^READS_PAGES = True$", text, re.MULTILINE):
+        if not self._says(page, "READS_PAGES"):
             return []
         files = {p.relative_to(self.root).as_posix() for p in self.pages.values()}
         parts = "chapters/ch", "chapters/appendix_"
         return [*sorted(name for name in files if name.startswith(parts)), "README.md"]
+
+    def _says(self, page: str, name: str) -> bool:
+        """Whether a page's file sets a name to True."""
+        text = self.pages[page].read_text("utf-8")
+        return bool(re.search(rf"^{name} = True$", text, re.MULTILINE))
 
     def judged_with(self, page: str) -> list[str]:
         """Return the page, and those whose claims decide on its artefacts."""
@@ -381,6 +393,7 @@ class Plan:
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
         single = ["data/recorded/README.md", "data/published/errata.md", "CITATION.cff"]
+        single += ["README.md", "REPRODUCED.md", "environment.txt"]
         return [*single, *self.ledger(), *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown

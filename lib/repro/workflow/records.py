@@ -45,9 +45,19 @@ def fresh(plan: Plan, task: Task) -> bool:
     )
 
 
+def covered(plan: Plan, task: Task) -> bool:
+    """Return whether a part is not needed, because its experiment's result is fresh."""
+    result = plan.tasks.get(task.covered_by)
+    return result is not None and fresh(plan, result)
+
+
 def digests(plan: Plan, tasks: Iterable[str]) -> dict[str, str]:
-    """Return task -> digest of its product."""
-    return {name: (read(plan, name) or {}).get("digest", "") for name in tasks}
+    """Return task -> digest of its product, without parts.
+
+    A result does not depend on its division into parts.
+    """
+    products = [name for name in tasks if not name.startswith("part/")]
+    return {name: (read(plan, name) or {}).get("digest", "") for name in products}
 
 
 def write(
@@ -91,6 +101,13 @@ def drop_damaged(plan: Plan) -> None:
                 plan.record(task.name).unlink()
             if wrong or record is None:
                 marker.unlink(missing_ok=True)
+    for job in plan.jobs.values():
+        for task in job.tasks:
+            # A part that was not needed is, if the result is lost.
+            record = read(plan, task.name) if task.covered_by else None
+            if record and not record["files"] and not read(plan, task.covered_by):
+                plan.record(task.name).unlink()
+                (plan.root / plan.marker(job)).unlink(missing_ok=True)
     for name in lost[:MAX_LINES]:
         say(f"{name}: damaged; it will be made again")
     if len(lost) > MAX_LINES:

@@ -74,7 +74,7 @@ def test_page_has_all_rows_and_correct_counts():
             row("n2", kind="number", verdict="not yet", chapter="A", regenerated=None),
         ]
     )
-    page = board_page.page(rows, {SECTION})
+    page = board_page.page(rows)
     board = Board(page)
     assert [
         (a["id"], a["data-kind"], a["data-chapter"], a["data-verdict"])
@@ -158,17 +158,16 @@ def test_rows_without_producer_are_folded():
 
 def test_row_links_to_page_data_and_source():
     rows = scoreboard.checked([row("c2_one")])
-    assert 'id="c2_one"' in row_html.comparison(rows, "full", "../", {}, {})
-    (to_page, *_), *_ = row_html.addresses(row("sec_2_1", kind="section"), ())
+    assert 'id="c2_one"' in row_html.comparison(rows, "full", "../", {})
+    (to_page, *_), *_ = row_html.addresses(row("sec_2_1", kind="section"))
     assert to_page == f"{SECTION}.html#compared"
-    assert 'id="compared"' in row_html.comparison([], "full", "../", {}, {})
-    links = Board(board_page.page(rows, {SECTION})).links
+    assert 'id="compared"' in row_html.comparison([], "full", "../", {})
+    links = Board(board_page.page(rows)).links
     wanted = [
-        f"{SECTION}.html#c2_one", "results/sweep.json", "figures/fig_2_3.csv",
-        f"source/{SECTION}/page.py",
+        f"{SECTION}.html#c2_one", "provenance/sweep.html", "figures/fig_2_3.csv",
+        f"source/{SECTION}/claims.py.html#one",
     ]  # fmt: skip
     assert links[-4:] == wanted
-    assert f"source/{SECTION}/page.py" not in board_page.page(rows)
 
 
 def test_readings_are_grouped_by_verdict():

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from raxel.errors import InputError
-from repro.judge import ledger, scoreboard
+from repro.judge import ledger, reference, scoreboard
 from repro.judge.number_rules import VerdictError
 from repro.page import rows as row_html
 from repro.run.deciding import judged_with
@@ -43,7 +43,8 @@ def checkout(tmp_path):
         },
     }
     other = {**judged, "page": OTHER_PAGE, "artefacts": {}}
-    other["claims"] = {"c2_fov_generic_flat": claim(verdict="differs")}
+    flat = claim(verdict="differs") | {"source": [f"{OTHER_PAGE}/page.py", "flat"]}
+    other["claims"] = {"c2_fov_generic_flat": flat}
     folder = tmp_path / "figures" / "full" / "judged"
     write_json(folder / f"{SECTION}.json", judged)
     write_json(folder / f"{OTHER_PAGE}.json", other)
@@ -77,21 +78,13 @@ def test_comparison_equals_board(checkout):
     board = scoreboard.rows_of(checkout, "full", folder)
     own = {"c2_noise_linear_generic", "c2_fov_persp_rises", "fig_2_3"}
     table = row_html.comparison_table(SECTION, "full", checkout)
-    found = producers(checkout)
-    tests = {
-        p.id: f"source/{p.path}.html#{p.function}" for p in found if p.kind == "claim"
-    }
     assert table == row_html.comparison(
-        [r for r in board if r["id"] in own],
-        "full",
-        "../",
-        tests,
-        row_html.words_of(board),
+        [r for r in board if r["id"] in own], "full", "../", row_html.words_of(board)
     )
     flat = f"../source/{OTHER_PAGE}/page.py.html#flat"
     assert flat not in Board(table).links
     shown = row_html.comparison_table(OTHER_PAGE, "full", checkout)
-    assert {flat, "../results/sweep.json"} <= set(Board(shown).links)
+    assert {flat, "../provenance/sweep.html"} <= set(Board(shown).links)
     assert {a["data-id"] for a, _ in Board(table).rows} == own
     assert "../scoreboard.html#fig_2_3" in Board(table).links
     book = ledger.load(checkout)
@@ -138,3 +131,30 @@ def test_board_and_page_are_written_or_none(checkout):
     with pytest.raises(InputError):
         write()
     assert not files[0].exists()
+
+
+def test_changed_verdict_fails_comparison(checkout, monkeypatch, capsys):
+    monkeypatch.chdir(checkout)
+    base = checkout / "figures" / "full"
+    accepted = checkout / "data" / "reference" / "full.csv"
+    accepted.parent.mkdir()
+
+    def made(action):
+        return reference.main([action]), *capsys.readouterr()
+
+    assert made("compare")[2] == (
+        "make compare: no finished full build; run make report\n"
+    )
+    write_json(base / "scoreboard.json", [])
+    assert made("compare")[2].endswith("no reference; run make reference\n")
+    assert made("reference")[0] == 0
+    status, out, _ = made("compare")
+    assert (status, out[:5]) == (0, "0 of ")
+    path = base / "judged" / f"{OTHER_PAGE}.json"
+    judged = json.loads(path.read_text("utf-8"))
+    judged["claims"]["c2_fov_generic_flat"] = claim(verdict="reproduced")
+    write_json(path, judged)
+    status, out, fault = made("compare")
+    assert status == 1
+    assert "\nc2_fov_generic_flat: differs -> reproduced\n" in f"\n{out}"
+    assert fault.count("\n") == 1

@@ -117,7 +117,7 @@ def test_rows_have_scoreboard_fields_in_order():
         "id", "kind", "chapter", "words", "conditions", "verdict", "firmness",
         "agree", "few_seeds", "evidence", "effort", "published", "regenerated",
         "interval", "ratio", "unit", "reason", "test", "changed", "variants", "page",
-        "data",
+        "source", "data",
     ]  # fmt: skip
 
 

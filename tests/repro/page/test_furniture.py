@@ -1,4 +1,4 @@
-"""What stands below an artefact: the original in words, source, logs, how to cite."""
+"""What is below an artefact: the original in words, code, provenance, citation."""
 
 import json
 import shutil
@@ -18,13 +18,12 @@ def furnisher(tmp_path):
     """Furniture of a page of a checkout with two artefacts."""
     shutil.copytree(ROOT / "data" / "published", tmp_path / "data" / "published")
     shutil.copy(ROOT / "CITATION.cff", tmp_path)
-    results = tmp_path / "figures" / "full" / "results"
-    results.mkdir(parents=True)
+    base = tmp_path / "figures" / "full"
+    base.mkdir(parents=True)
     about = {"source": ["ch02_x/s5_page/figures.py", "draw"]}
-    described = json.dumps(about | {"results": ["sweep", "no_record"]})
+    described = json.dumps(about | {"results": ["sweep", "other"]})
     for name in ("fig_2_6", "ext_corners"):
-        (results.parent / f"{name}.json").write_text(described)
-    (results / "sweep.run.json").write_text('{"seconds": 70.2}')
+        (base / f"{name}.json").write_text(described)
     return Furnisher(tmp_path, "full", "ch02_x/s5_page")
 
 
@@ -35,7 +34,7 @@ def test_original_axes_are_described(furnisher):
         "x: translation; y: translation; series: standard perspective",
         "step (mm): 25",
         'href="../source/ch02_x/s5_page/figures.py.html#draw"',
-        'href="../logs/sweep.json"',
+        'href="../provenance/sweep.html"',
         "note = {Fig. 2.6}",
         "Dunne, Aubrey K.",
     ):
@@ -46,7 +45,7 @@ def test_original_axes_are_described(furnisher):
 def test_block_of_extension_has_no_original(furnisher):
     block = furnisher.block("ext_corners")
     assert "In the thesis" not in block
-    assert block.count("../logs/") == block.count("../logs/sweep.json") == 1
+    assert block.count("../provenance/") == 2
     assert "comparison" not in block
     assert "version 0.1.0, ext_corners." in block
 

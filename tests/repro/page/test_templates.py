@@ -74,6 +74,7 @@ def evil_row(kind, **changed):
         "changed": EVIL,
         "variants": [variant, {**variant, "reading": {"a": EVIL}, "reason": ""}],
         "page": "ch02_x/x.html",
+        "source": f"source/{EVIL}",
         "data": [f"results/a{EVIL}.json"],
     } | changed
 
@@ -82,7 +83,7 @@ EVIL_ROWS = [evil_row(kind) for kind in ("claim", "number", "artefact")]
 
 
 def test_rows_escape_values():
-    compared = rows.comparison(EVIL_ROWS, "full", "../", {"c2_claim": EVIL}, {})
+    compared = rows.comparison(EVIL_ROWS, "full", "../", {})
     harmless(compared)
     pending = evil_row("section", verdict="not yet", regenerated=None, variants=[])
     page = board_page.page([*EVIL_ROWS, pending])

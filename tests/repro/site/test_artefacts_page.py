@@ -92,7 +92,6 @@ def checkout(tmp_path):
     write_atomic(base / "fig_2_6.png", image.tobytes())
     columns = "<size>,size low,size high,words,c,d\n"
     write_atomic(base / "ext_sizes.csv", f"{columns}1.23456,1,2,{'long ' * 9},3,4\n")
-    write_json(base / "results" / "sweep.run.json", {"seconds": 200.0})
     return tmp_path
 
 
@@ -123,7 +122,7 @@ def test_artefacts_have_cards_with_links(checkout):
         f'<a class="rx-picture raxel-lines" href="{PAGE}.html#fig_2_6"',
         'href="figures/fig_2_6.csv"',
         f'href="source/{PAGE}/figures.py.html#draw"',
-        'href="logs/sweep.json"',
+        'href="provenance/sweep.html"',
         'href="scoreboard.html#fig_2_6"',
         "<code>make fig_2_6</code>",
         "reproduced",

@@ -94,6 +94,7 @@ def test_quick_scoreboard_is_complete_without_verdicts(report):
     built = {row["id"]: row for row in rows if row["verdict"] == "quick"}
     assert {"fig_2_3", "table_2_1", "c2_crossover"} <= set(built)
     assert built["c2_crossover"]["regenerated"]
+    assert all(row["source"] for row in rows if row["regenerated"] is not None)
 
 
 def test_results_state_their_origin(report):

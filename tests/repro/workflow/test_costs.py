@@ -27,7 +27,11 @@ def plan(tmp_path):
         record=lambda name: tmp_path / "records" / f"{name}.json",
     )  # fmt: skip
     for place, (name, used) in enumerate(seconds.items()):
-        record = {"processor_seconds": used, "peak_mb": 100.0 + place}
+        record = {
+            "processor_seconds": used,
+            "peak_mb": 100.0 + place,
+            "files": {"x": 1},
+        }
         write_json(plan.record(name), record)
     result = {"trials_per_condition": 5, "trials": [{}] * 10}
     write_json(tmp_path / "figures/quick/results/sweep.json", result)
