@@ -72,7 +72,7 @@ def test_goal_shows_its_claims_and_the_leading_value():
 
 
 def test_first_screen_of_scoreboard_answers_in_ten_lines():
-    page = board_page.page(board(c3_beats_opencv=DIFFERS), (), STATEMENTS)
+    page = board_page.page(board(c3_beats_opencv=DIFFERS), STATEMENTS)
     screen = page[page.index("<p><b>Of 233 claims:") : page.index("Every artefact")]
     leading = [one["leading"]["claim"] for one in STATEMENTS if "leading" in one]
     assert all(f'href="#{claim}"' in screen for claim in leading)
