@@ -25,7 +25,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test verify test-formats test-cluster test-container times compare reference recorded notebooks lab answers archive crate pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test verify test-formats test-cluster test-container times costs compare reference recorded notebooks lab answers archive crate pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -53,7 +53,10 @@ quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)
 
 times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
-	@$(RUN) .venv/bin/python -m repro.workflow.costs --effort $(EFFORT)
+	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT)
+
+costs: setup ## keep the measured costs of the built report, from which jobs are planned: lib/repro/workflow/costs.csv
+	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT) --keep
 
 compare: setup ## what moved since the accepted build, in SD over the trials; a changed verdict fails (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.judge.reference compare --effort $(EFFORT)

@@ -46,7 +46,7 @@ INPUTS = ("data/published/", "data/rigs/", "data/recorded/", "environment.txt")
 def write_crate(root: Path, effort: str, out: Path) -> None:
     """Write the crate of a finished build as a folder."""
     target, site = ("quick", "site-quick") if effort == "quick" else ("report", "site")
-    done = root / f"report/build/{effort}/site.done"
+    done = root / f"figures/{effort}/records/site/all.json"
     if not done.is_file():
         sys.exit(f"make crate: no finished {effort} build; run make {target}")
     if _git("status", "--porcelain"):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import errno
 import fcntl
 import json
 import os
@@ -15,6 +16,7 @@ import re
 import shutil
 import signal
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +29,8 @@ from repro.workflow.records import drop_damaged
 from repro.workflow.terminal import say
 
 INTERRUPTED = "interrupted; run it again to continue (finished parts are kept)"
+REMEDY = "the folder needs space and write permission; then run it again"
+FULL_BYTES = 1_000_000
 WHOLE = ("report", "quick", "notebooks")
 PROFILES = Path("lib/repro/workflow/profiles")
 CHAPTER = r"ch\d+|appendix_[a-z]"
@@ -45,6 +49,9 @@ def main(argv: list[str] | None = None) -> int:
             return _build(root, options)
     except (OrderError, ValueError) as error:
         say(f"make {options.target}: {error}")
+        return 1
+    except OSError as error:
+        say(f"make {options.target}: {error.filename}: {error.strerror}; {REMEDY}")
         return 1
     except KeyboardInterrupt as end:
         say(f"make {options.target}: {INTERRUPTED}")
@@ -79,7 +86,10 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     plan = planned(root, size, recorded, target, options.readings)
     if not plan.final:
         raise OrderError(_unknown(plan, target))
-    drop_damaged(plan)
+    base = root / plan.base
+    base.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=base):  # it may be read-only
+        drop_damaged(plan)
     _drop_judgements_of_gone_pages(plan)
     if target == "report" and not (root / size.site / "index.html").is_file():
         plan.record("site").unlink(missing_ok=True)
@@ -92,6 +102,8 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     done = _snakemake(words)
     if done:
         _say_where(plan, changed=_ages(root, markers) != before)
+    elif shutil.disk_usage(base).free < FULL_BYTES:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(base))
     return 0 if done else 1
 
 

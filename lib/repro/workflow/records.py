@@ -1,7 +1,8 @@
 """The record of a task: its key, its inputs, its cost, and the files that it wrote.
 
-A product is fresh if its record has the key of today and the digests of the products it
-needs, and if its files are unchanged: their size and time, or else their hash.
+A product is fresh if its record has the key of today and the digests of the products
+it needs, and if its files are unchanged. Results and figures are read for that; of the
+rendered sets and the site, which are large, size and time are compared first.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from repro.workflow.plan import Plan, Task, digest
 from repro.workflow.terminal import say
 
 MAX_LINES = 10
-OF_TASKS = ("figures/", "report/", "data/synthetic/")
+LARGE = ("report/", "data/synthetic/")
+OF_TASKS = ("figures/", *LARGE)
 RUN_RECORD = ".run.json"
 """A file of an experiment that differs between runs: host, time, versions."""
 
@@ -79,7 +81,7 @@ def damaged(root: Path, record: dict) -> list[str]:
     return [
         name
         for name, known in record["files"].items()
-        if not _intact(root / name, known)
+        if not _intact(root / name, known, large=name.startswith(LARGE))
     ]
 
 
@@ -120,7 +122,7 @@ def stat_of(path: Path) -> list[int]:
     return [found.st_size, found.st_mtime_ns]
 
 
-def _intact(path: Path, known: list) -> bool:
+def _intact(path: Path, known: list, large: bool) -> bool:
     if not path.is_file():
         return False
-    return stat_of(path) == known[:2] or hash_of(path) == known[2]
+    return (large and stat_of(path) == known[:2]) or hash_of(path) == known[2]

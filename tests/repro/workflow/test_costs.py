@@ -6,7 +6,7 @@ import pytest
 
 from repro.run.discover import Producer
 from repro.run.results import write_json
-from repro.workflow import costs
+from repro.workflow import costs, times
 from repro.workflow.costs import Cost
 
 
@@ -39,18 +39,18 @@ def plan(tmp_path):
 
 
 def test_costs_of_build_are_stored_per_effort(plan):
-    found = costs.measured(plan.root, plan)
+    found = times.measured(plan.root, plan)
     assert found["experiment/sweep"] == Cost(3.5, 103.0, 5, 10)
     assert "figure/not made" not in found
     (plan.root / costs.TABLE).parent.mkdir(parents=True)
-    costs.keep(plan.root, "full", {"site": Cost(1.0, 2.0)})
-    costs.keep(plan.root, "quick", found)
+    times.keep(plan.root, "full", {"site": Cost(1.0, 2.0)})
+    times.keep(plan.root, "quick", found)
     assert costs.costs(plan.root, "quick") == found
     assert costs.costs(plan.root, "full") == {"site": Cost(1.0, 2.0)}
 
 
 def test_times_sum_costs_by_page(plan):
-    rows = costs.rows_of(plan, costs.measured(plan.root, plan))
+    rows = times.rows_of(plan, times.measured(plan.root, plan))
     assert rows == [
         ("c/s", 3.5, 8.0, 16.0, 27.5, 105.0),
         ("image sets", 64.0, 0.0, 0.0, 64.0, 100.0),

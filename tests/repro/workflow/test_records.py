@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from repro.run import results
 from repro.run.jobs import Size
 from repro.run.results import WRITTEN, write_atomic, write_json
 from repro.site.mirror import mirror
@@ -75,8 +76,9 @@ def test_changed_file_is_removed_with_its_record(plan, capsys, content):
     damaged = plan.root / FILES[2]
     before = damaged.stat()
     damaged.unlink() if content is None else damaged.write_text(content)
-    if content == "[]":
-        os.utime(damaged, ns=(before.st_atime_ns, before.st_mtime_ns + 1))
+    if content == "[]":  # flipped bits on the disk change neither size nor time
+        os.utime(damaged, ns=(before.st_atime_ns, before.st_mtime_ns))
+        results._hash.cache_clear()
     assert not records.fresh(plan, plan.tasks["figure/x"])
     records.drop_damaged(plan)
     assert there(plan) == list(FILES[:2])

@@ -93,7 +93,12 @@ def spread(rng):
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory) -> Path:
     """A small checkout in a folder with spaces in its name."""
-    root = small_checkout(tmp_path_factory.mktemp("work") / "a path with spaces")
+    return dice_checkout(tmp_path_factory.mktemp("work") / "a path with spaces")
+
+
+def dice_checkout(root: Path) -> Path:
+    """A checkout with one page, whose trials throw dice."""
+    small_checkout(root)
     (root / PAGE).parent.mkdir(parents=True)
     (root / PAGE).parents[1].joinpath("__init__.py").write_text("")
     (root / PAGE).write_text(CHAPTER.lstrip())
