@@ -259,13 +259,6 @@ def only_lines(drawn: Figure) -> bool:
     return not drawn.images and not any(axes.images for axes in drawn.axes)
 
 
-def draw_ahead() -> None:
-    """Draw words and a formula, to load fonts and grammar in advance."""
-    drawn, axes = new_figure()
-    axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$")
-    _rendered(drawn, _laid_out(drawn), "svg", {})
-
-
 def _laid_out(drawn: Figure) -> Bbox:
     """Compute the layout once, for both files; return the bounding box, in inches.
 
