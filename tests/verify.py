@@ -25,12 +25,14 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from repro.workflow.terminal import say
+
 ROOT = Path(__file__).resolve().parents[1]
 KILLS = 20
 SMALLEST = "appendix_a"
 LONGEST_WAIT_S = 12.0
 BETWEEN_RUNS = ("jobs", "logs", "records", "shards")
-ELSEWHERE = {"LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu"}
+ELSEWHERE = {"LC_ALL": "C", "TZ": "Asia/Kathmandu"}
 KINDS = {
     ".json": "results, descriptions and verdicts", ".npz": "arrays",
     ".csv": "tables and data of figures", ".svg": "figures (svg)",
@@ -39,7 +41,8 @@ KINDS = {
 
 
 def copy_of_checkout(place: Path) -> Path:
-    """Copy the files that git knows, and the downloaded images."""
+    """Copy the files that git knows, compiled loops, and the downloaded images."""
+    shutil.copytree(ROOT / "lib", place / "lib")
     names = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT, capture_output=True, text=True, check=True,
@@ -47,7 +50,7 @@ def copy_of_checkout(place: Path) -> Path:
     images = (ROOT / "data" / "recorded").rglob("*.jpg")
     names += [path.relative_to(ROOT).as_posix() for path in images]
     for name in filter(None, names):
-        if (ROOT / name).is_file():
+        if (ROOT / name).is_file() and not name.startswith("lib/"):
             (place / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, place / name)
     return place
@@ -126,10 +129,13 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="raxel-verify-") as folder:
         places = [Path(folder, name) for name in ("one", "another path", "killed")]
         one, two, three = map(copy_of_checkout, places)
+        say(f"{target} on one core, interrupted")
         interrupted(one, target)
+        say(f"{target} on two cores, elsewhere")
         finished(two, target, 2, **ELSEWHERE)
         first, second = products(one), products(two)
         finished(two, SMALLEST, 2)
+        say(f"{SMALLEST}, killed {KILLS} times")
         kills, after = killed(three), products(three)
         undisturbed = products(two)
     different = [name for name in first | second if first.get(name) != second.get(name)]
@@ -140,7 +146,7 @@ def main() -> int:
     for ending, kind in KINDS.items():
         print(f"{kind:40}{counts[ending]:>10}{wrong[ending]:>10}")
     print(
-        f"one core, interrupted; two cores, {ELSEWHERE['LC_ALL']}; "
+        f"one core, interrupted; two cores, locale C; "
         f"{kills} of {KILLS} builds of {SMALLEST} killed; "
         f"{(time.monotonic() - begin) / 60:.1f} min"
     )
