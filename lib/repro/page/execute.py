@@ -10,6 +10,7 @@ from pathlib import Path
 
 from repro.page.furniture import Furnisher
 from repro.page.notebook import execute, read_page, settle
+from repro.page.reader import forget_results
 from repro.run.results import write_atomic
 
 CELL_SECONDS = 180
@@ -22,6 +23,7 @@ def execute_page(root: Path, page: Path, effort: str, out: Path) -> None:
     source = "/".join(page.parts[-3:])
     variables = {"RAXEL_EFFORT": effort, "RAXEL_PAGE": f"{out.parent.name}/{out.stem}"}
     notebook = read_page(page)
+    forget_results()
     execute(notebook, page, root, variables, CELL_SECONDS)
     names = settle(notebook, page)
     Furnisher(root, effort, variables["RAXEL_PAGE"]).fill(notebook)

@@ -82,6 +82,11 @@ def _needed(path: Path, target: str) -> Path:
     return path
 
 
+def forget_results() -> None:
+    """Begin a page: what other pages of this process have opened does not count."""
+    _opened.clear()
+
+
 def open_results(experiment: str) -> Result:
     """Return the result of an experiment with its trials
     (`repro.run.results.Result`)."""

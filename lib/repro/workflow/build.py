@@ -24,7 +24,7 @@ from pathlib import Path
 from repro.run.jobs import Size
 from repro.workflow.image_sets import sets_in
 from repro.workflow.interruption import stopped_by_signals
-from repro.workflow.plan import Plan, planned
+from repro.workflow.plan import BuildPlan, planned
 from repro.workflow.records import drop_damaged
 from repro.workflow.terminal import say
 
@@ -107,7 +107,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     return 0 if done else 1
 
 
-def _config(plan: Plan) -> list[str]:
+def _config(plan: BuildPlan) -> list[str]:
     """Configuration for the rules; the path is in quotes that Snakemake does not
     remove."""
     size, given = plan.size, plan.recorded
@@ -134,7 +134,7 @@ def _snakemake(words: list[str]) -> bool:
         return args_to_api(settings, parser)
 
 
-def _drop_judgements_of_gone_pages(plan: Plan) -> None:
+def _drop_judgements_of_gone_pages(plan: BuildPlan) -> None:
     """Remove judged files of renamed pages."""
     folder = plan.root / plan.base / "judged"
     kept = {folder / f"{page}.json" for page in plan.pages}
@@ -204,7 +204,7 @@ def _bring_photographs(root: Path) -> None:
     fetch(root / "data" / "recorded" / "opencv-left")
 
 
-def _unknown(plan: Plan, target: str) -> str:
+def _unknown(plan: BuildPlan, target: str) -> str:
     """Message for an unknown target, for artefacts with similar ids."""
     if re.fullmatch(CHAPTER, target):
         number, last = target.removeprefix("ch"), target[-1].upper()
@@ -221,7 +221,7 @@ def _ages(root: Path, targets: list[str]) -> list[int]:
     return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
 
 
-def _say_where(plan: Plan, changed: bool) -> None:
+def _say_where(plan: BuildPlan, changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
     if plan.target == "report":
         shown = [f"{plan.size.site}/index.html"]

@@ -19,13 +19,13 @@ from repro.run.jobs import Size
 from repro.run.rendered import declared
 from repro.run.results import WRITTEN, write_json
 from repro.workflow import records
-from repro.workflow.plan import Job, Plan, Task, planned
+from repro.workflow.plan import BuildPlan, BuildTask, Job, planned
 
 COST = ("seconds", "processor_seconds", "peak_mb")
 USED = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
-def run(plan: Plan, job: Job) -> None:
+def run(plan: BuildPlan, job: Job) -> None:
     """Make what is not fresh, then leave the marker of the job.
 
     Another process may still run the job, where a build was killed: it is waited for.
@@ -46,7 +46,7 @@ def run(plan: Plan, job: Job) -> None:
     write_json(marker, records.digests(plan, [task.name for task in job.tasks]))
 
 
-def _make(plan: Plan, task: Task) -> None:
+def _make(plan: BuildPlan, task: BuildTask) -> None:
     print(f"{task.name}:", flush=True)
     plan.record(task.name).unlink(missing_ok=True)
     needs, before = records.digests(plan, task.needs), len(WRITTEN)

@@ -59,7 +59,7 @@ SITE_CODE = ("assemble", "codes", "library", "sphinx", "check")
 
 
 @dataclass(frozen=True)
-class Task:
+class BuildTask:
     """What makes one product, named KIND/ID, from the products of other tasks.
 
     ``unit``: tasks of one unit stay in one job. ``group``: only tasks of one group
@@ -82,7 +82,7 @@ class Job:
     """Tasks of one process, in the order in which they run."""
 
     stage: str
-    tasks: tuple[Task, ...]
+    tasks: tuple[BuildTask, ...]
 
     @cached_property
     def name(self) -> str:
@@ -98,7 +98,7 @@ class Job:
         return f"{self.stage}: {first}" + (f" and {len(more)} more" if more else "")
 
 
-class Plan:
+class BuildPlan:
     """Tasks and jobs of a build of ``size`` up to a target of the command line.
 
     ``target`` is report, notebooks, a chapter (ch02) or an artefact (fig_2_3).
@@ -134,7 +134,7 @@ class Plan:
     # Tasks
 
     @cached_property
-    def tasks(self) -> dict[str, Task]:
+    def tasks(self) -> dict[str, BuildTask]:
         """Name -> task, of the whole report."""
         made = (
             *self._set_tasks(), *self._experiment_tasks(), *self._page_tasks(),
@@ -142,17 +142,19 @@ class Plan:
         )  # fmt: skip
         return {task.name: task for task in made}
 
-    def _set_tasks(self) -> Iterator[Task]:
+    def _set_tasks(self) -> Iterator[BuildTask]:
         for name in self.rendered.names:
             make = partial(call, "repro.workflow.rendering:render_set", name)
-            yield Task(f"set/{name}", "sets", make, partial(self.rendered.key, name))
+            yield BuildTask(
+                f"set/{name}", "sets", make, partial(self.rendered.key, name)
+            )
         for name, folder in self.image_sets.folders.items():
             place = "repro.workflow.image_sets:calibrate_set"
             key = partial(self.image_sets.key, name)
             make = partial(call, place, folder, name)
-            yield Task(f"recorded/{name}", "sets", make, key)
+            yield BuildTask(f"recorded/{name}", "sets", make, key)
 
-    def _experiment_tasks(self) -> Iterator[Task]:
+    def _experiment_tasks(self) -> Iterator[BuildTask]:
         read = {need for p in self.made if p.kind == "experiment" for need in p.needs}
         for found in self.made:
             if found.kind != "experiment":
@@ -166,17 +168,17 @@ class Plan:
             group = f"{self._depth(found.id)}"
             if count == 1:
                 make = partial(self._whole, found)
-                yield Task(name, "experiments", make, key, needs, group=group)
+                yield BuildTask(name, "experiments", make, key, needs, group=group)
                 continue
             parts = [f"part/{found.id}/{i}-of-{count}" for i in range(count)]
             for i, part in enumerate(parts):
                 make = partial(self._part, found, i, count)
-                yield Task(
+                yield BuildTask(
                     part, "experiments", make, key, needs, group=group, covered_by=name
                 )
             group += " first" if found.id in read else ""
             make = partial(self._gathered, found, count)
-            yield Task(name, "results", make, key, (*parts, *needs), group=group)
+            yield BuildTask(name, "results", make, key, (*parts, *needs), group=group)
 
     def parts(self, found: Producer) -> int:
         """Number of parts of an experiment; one for an unmeasured one."""
@@ -197,7 +199,7 @@ class Plan:
         needs = self.producers["experiment", experiment].needs
         return 1 + max(map(self._depth, needs), default=0)
 
-    def _page_tasks(self) -> Iterator[Task]:
+    def _page_tasks(self) -> Iterator[BuildTask]:
         for page, path in self.pages.items():
             mine = [p for p in self.made if p.page == page]
             drawn = []
@@ -209,7 +211,7 @@ class Plan:
                     )  # fmt: skip
                     name, needs = f"{p.kind}/{p.id}", self._results(p.needs)
                     key = partial(self._drawn_key, p)
-                    yield Task(name, "pages", make, key, needs, page)
+                    yield BuildTask(name, "pages", make, key, needs, page)
                     drawn.append(name)
             own = [p.id for p in mine if p.kind == "experiment"]
             read = {need for p in mine for need in p.needs} | set(own)
@@ -220,7 +222,7 @@ class Plan:
                 self.readings,
             )  # fmt: skip
             key = partial(self._judged_key, mine)
-            yield Task(f"judged/{page}", "pages", make, key, needs, page)
+            yield BuildTask(f"judged/{page}", "pages", make, key, needs, page)
             deciding = [f"judged/{name}" for name in self.judged_with(page)]
             make = partial(
                 call, "repro.page.execute:execute_page", self.root,
@@ -230,9 +232,11 @@ class Plan:
             board = ("scoreboard",) if self._says(page, "READS_VERDICTS") else ()
             needs = tuple(dict.fromkeys((*board, *deciding, *needs)))
             group = "".join(board)
-            yield Task(f"notebook/{page}", "notebooks", make, key, needs, group=group)
+            yield BuildTask(
+                f"notebook/{page}", "notebooks", make, key, needs, group=group
+            )
 
-    def _report_tasks(self) -> Iterator[Task]:
+    def _report_tasks(self) -> Iterator[BuildTask]:
         books = tuple(f"notebook/{page}" for page in self.pages)
         shown = tuple(f"{k}/{i}" for k, i in self.producers if k in ("figure", "table"))
         sets = tuple(f"recorded/{name}" for name in self.image_sets.folders)
@@ -244,18 +248,18 @@ class Plan:
             Path(self.base, "judged"), *board,
         )  # fmt: skip
         key = self._scoreboard_key
-        yield Task("scoreboard", "pages", make, key, judged, group="scoreboard")
+        yield BuildTask("scoreboard", "pages", make, key, judged, group="scoreboard")
         make = partial(
             call, "repro.site.sphinx:make_site", self.root, self.size.name, files,
             *board, self.image_sets.results(), Path(self.source), Path(self.size.site),
         )  # fmt: skip
         needs = ("scoreboard", *books, *shown, *sets)
-        yield Task("site", "report", make, self._site_key, needs)
+        yield BuildTask("site", "report", make, self._site_key, needs)
         make = partial(
             call, "repro.site.notebooks:notebooks", files, Path("report/notebooks")
         )
         key = partial(self.reach.key, ("repro.site.notebooks", "*"))
-        yield Task("notebooks", "report", make, key, books)
+        yield BuildTask("notebooks", "report", make, key, books)
 
     def _whole(self, found: Producer) -> None:
         jobs.whole(self.root, self._order(found), self._code(found), self._out(found))
@@ -444,7 +448,7 @@ class Plan:
         return [name for name in named if name in self.tasks]
 
     @cached_property
-    def wanted(self) -> list[Task]:
+    def wanted(self) -> list[BuildTask]:
         """The tasks of the target, and all that they need, in order."""
         seen, waiting = set(), list(self.final)
         while waiting:
@@ -462,14 +466,14 @@ class Plan:
 
     def _packed(self, stage: str) -> Iterator[Job]:
         """Jobs of a stage: tasks in order, until a job is long enough."""
-        groups: dict[str, dict[str, list[Task]]] = {}
+        groups: dict[str, dict[str, list[BuildTask]]] = {}
         for task in self.wanted:
             if task.stage == stage:
                 units = groups.setdefault(task.group, {})
                 units.setdefault(task.unit or task.name, []).append(task)
         limit = math.inf if stage in ("results", "report") else self._limit(stage)
         for units in groups.values():
-            held: list[Task] = []
+            held: list[BuildTask] = []
             length = 0.0
             for tasks in units.values():
                 seconds = sum(map(self.seconds, tasks))
@@ -484,7 +488,7 @@ class Plan:
             return SHORT_S
         return SCALED_S if self.size.scale > 1 else LONG_S[self.size.effort]
 
-    def seconds(self, task: Task) -> float:
+    def seconds(self, task: BuildTask) -> float:
         """Return the expected processor seconds; an unmeasured task has its own job."""
         cost = self.cost(task)
         if task.stage == "results":
@@ -496,7 +500,7 @@ class Plan:
         found = self.producers["experiment", task.name.split("/")[1]]
         return cost.seconds * self._factor(found, cost) / self.parts(found)
 
-    def cost(self, task: Task) -> Cost | None:
+    def cost(self, task: BuildTask) -> Cost | None:
         """Return the measured cost; of a part, that of the experiment."""
         kind, *names = task.name.split("/")
         key = f"experiment/{names[0]}" if kind == "part" else task.name
@@ -537,9 +541,9 @@ def call(place: str, *given: object) -> object:
 @cache
 def planned(
     root: Path, size: jobs.Size, recorded: str, target: str, readings: str
-) -> Plan:
+) -> BuildPlan:
     """Return the plan of a build, shared by the command and the rules."""
-    return Plan(root, size, recorded, target, readings)
+    return BuildPlan(root, size, recorded, target, readings)
 
 
 def digest(content: object) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.run.results import hash_of, write_json
-from repro.workflow.plan import Plan, Task, digest
+from repro.workflow.plan import BuildPlan, BuildTask, digest
 from repro.workflow.terminal import say
 
 MAX_LINES = 10
@@ -23,7 +23,7 @@ RUN_RECORD = ".run.json"
 """A file of an experiment that differs between runs: host, time, versions."""
 
 
-def read(plan: Plan, task: str) -> dict[str, Any] | None:
+def read(plan: BuildPlan, task: str) -> dict[str, Any] | None:
     """Return the record of a task; None if it is missing or damaged."""
     try:
         record = json.loads(plan.record(task).read_text("utf-8"))
@@ -36,7 +36,7 @@ def read(plan: Plan, task: str) -> dict[str, Any] | None:
         return None
 
 
-def fresh(plan: Plan, task: Task) -> bool:
+def fresh(plan: BuildPlan, task: BuildTask) -> bool:
     """Return whether the product of a task is the one that it would make now."""
     record = read(plan, task.name)
     return (
@@ -47,13 +47,13 @@ def fresh(plan: Plan, task: Task) -> bool:
     )
 
 
-def covered(plan: Plan, task: Task) -> bool:
+def covered(plan: BuildPlan, task: BuildTask) -> bool:
     """Return whether a part is not needed, because its experiment's result is fresh."""
     result = plan.tasks.get(task.covered_by)
     return result is not None and fresh(plan, result)
 
 
-def digests(plan: Plan, tasks: Iterable[str]) -> dict[str, str]:
+def digests(plan: BuildPlan, tasks: Iterable[str]) -> dict[str, str]:
     """Return task -> digest of its product, without parts.
 
     A result does not depend on its division into parts.
@@ -63,7 +63,11 @@ def digests(plan: Plan, tasks: Iterable[str]) -> dict[str, str]:
 
 
 def write(
-    plan: Plan, task: Task, needs: dict[str, str], cost: dict, files: Iterable[Path]
+    plan: BuildPlan,
+    task: BuildTask,
+    needs: dict[str, str],
+    cost: dict,
+    files: Iterable[Path],
 ) -> None:
     """Write the record of a finished task."""
     known = {
@@ -85,7 +89,7 @@ def damaged(root: Path, record: dict) -> list[str]:
     ]
 
 
-def drop_damaged(plan: Plan) -> None:
+def drop_damaged(plan: BuildPlan) -> None:
     """Remove changed files and their records, with one line for each.
 
     A job without the records of all its tasks runs again.

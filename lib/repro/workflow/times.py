@@ -20,12 +20,12 @@ from pathlib import Path
 from raxel.io.files import write_whole
 from repro.run.jobs import Size
 from repro.workflow.costs import FIELDS, TABLE, Cost, costs
-from repro.workflow.plan import Plan, planned
+from repro.workflow.plan import BuildPlan, planned
 
 COLUMNS = ("page", "experiments (s)", "drawn (s)", "rest (s)", "all (s)", "peak (MB)")
 
 
-def measured(root: Path, plan: Plan) -> dict[str, Cost]:
+def measured(root: Path, plan: BuildPlan) -> dict[str, Cost]:
     """Return task -> cost of a finished build, in the order of the plan."""
     sums: dict[str, Cost] = {}
     for name in plan.tasks:
@@ -46,7 +46,7 @@ def measured(root: Path, plan: Plan) -> dict[str, Cost]:
     return sums
 
 
-def _trials(plan: Plan, experiment: str) -> tuple[int, int]:
+def _trials(plan: BuildPlan, experiment: str) -> tuple[int, int]:
     path = plan.root / plan.base / "results" / f"{experiment}.json"
     content = json.loads(path.read_text("utf-8"))
     return content["trials_per_condition"], len(content["trials"])
@@ -66,7 +66,7 @@ def keep(root: Path, effort: str, found: Mapping[str, Cost]) -> None:
     write_whole(root / TABLE, text.getvalue())
 
 
-def rows_of(plan: Plan, found: Mapping[str, Cost]) -> list[tuple]:
+def rows_of(plan: BuildPlan, found: Mapping[str, Cost]) -> list[tuple]:
     """Return rows of `COLUMNS`: one for each page, the image sets, and the site."""
     pages = {f"{p.kind}/{p.id}": p.page for p in plan.made}
     columns = {"experiment": 0, "figure": 1, "table": 1}

@@ -7,7 +7,7 @@ from repro.judge import ledger, scoreboard
 from repro.page.reader import show_part
 from repro.run.jobs import Size
 from repro.site import scoreboard as board_page
-from repro.workflow.plan import Plan
+from repro.workflow.plan import BuildPlan
 from tests.scoreboard_rows import ROOT, row
 
 STATEMENTS = scoreboard.read_statements(ROOT)
@@ -85,7 +85,7 @@ def test_first_screen_of_scoreboard_answers_in_ten_lines():
 
 
 def test_pages_of_verdicts_depend_on_scoreboard():
-    tasks = Plan(ROOT, Size("quick")).tasks.values()
+    tasks = BuildPlan(ROOT, Size("quick")).tasks.values()
     pages = [task.name for task in tasks if "scoreboard" in task.needs]
     pages.remove("site")
     assert [page.split("/")[1] for page in pages] == ["ch06_conclusions"] * 2

@@ -340,7 +340,7 @@ def test_answer_sheet_lists_answers_and_common_mistakes():
 
 
 def test_changed_chapter_page_rebuilds_the_teachers_page():
-    plan = workflow.Plan(ROOT, Size("quick"))
+    plan = workflow.BuildPlan(ROOT, Size("quick"))
     read = plan.pages_read("guides/for_teachers")
     assert "chapters/ch02_general_camera_model/s4_generic_calibration/page.py" in read
     assert not any("guides" in name for name in read)

@@ -9,7 +9,7 @@ from repro.judge.ledger import LedgerError, load
 from repro.page import draw
 from repro.run import discover, jobs, marks
 from repro.run.jobs import Size
-from repro.workflow.plan import Plan
+from repro.workflow.plan import BuildPlan
 from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
@@ -66,10 +66,10 @@ def test_unknown_printed_number_is_rejected(checkout, monkeypatch):
 
 def test_changed_printed_value_rebuilds_table(checkout):
     root = checkout("s3_3_1_noise_fail")
-    key = Plan(root, Size("full")).tasks["table/ext_beside"].key()
+    key = BuildPlan(root, Size("full")).tasks["table/ext_beside"].key()
     numbers = root / "data" / "published" / "numbers.yaml"
     numbers.write_text(numbers.read_text().replace("  value: 26\n", "  value: 27\n"))
-    assert Plan(root, Size("full")).tasks["table/ext_beside"].key() != key
+    assert BuildPlan(root, Size("full")).tasks["table/ext_beside"].key() != key
 
 
 @pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])

@@ -8,6 +8,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from repro.page import reader
 from repro.page.notebook import PageError, read_page, settle
 from repro.run.results import write_atomic
 from tests.small_checkouts import PAGE, run, write_page
@@ -165,3 +166,13 @@ def test_split_cell_runs_as_whole(page):
     together = "\n".join(cell.source for cell in cells)
     assert ast.dump(ast.parse(together)) == ast.dump(ast.parse(body))
     assert [cell.id for cell in cells] == ["cell-001", "cell-002", "cell-003"]
+
+
+def test_page_forgets_results_of_earlier_pages(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(reader, "_opened", ["of_another_page"])
+    run(
+        page("# %% [markdown]\n# # T\n\n# %%\n1\n"),
+        tmp_path / "pages" / "c" / "s.ipynb",
+    )
+    assert reader._opened == []

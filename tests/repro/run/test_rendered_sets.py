@@ -15,7 +15,7 @@ from repro.run.reach import Reach
 from repro.run.rendered import declared, manifest, rendered_set
 from repro.workflow import rendering
 from repro.workflow.job import run
-from repro.workflow.plan import Plan, Task
+from repro.workflow.plan import BuildPlan, BuildTask
 from repro.workflow.records import drop_damaged
 from repro.workflow.rendering import RenderedSets, render_set
 from tests.raxel.lab.test_rig import small_rig
@@ -124,7 +124,7 @@ SETS = {"quick": ("small/3",), "full": ("small/3", "small/4")}
 
 @experiment("rolled", artefact="ext_x", rendered=SETS)
 def rolled(effort):
-    return Plan(one_roll, [{}], 1)
+    return BuildPlan(one_roll, [{}], 1)
 """
 
 
@@ -144,8 +144,8 @@ def test_where_links_experiments_and_sets(checkout):
 
 def made(checkout):
     """The plan of the set's job, and its files after it."""
-    plan = Plan(checkout, Size("quick"))
-    task = Task(f"set/{NAME}", "sets", partial(render_set, NAME), lambda: "1")
+    plan = BuildPlan(checkout, Size("quick"))
+    task = BuildTask(f"set/{NAME}", "sets", partial(render_set, NAME), lambda: "1")
     plan.tasks = {task.name: task}
     plan.final = [task.name]
     (job,) = plan.jobs.values()

@@ -9,7 +9,7 @@ from repro.run import discover
 from repro.run.jobs import Size
 from repro.workflow import costs
 from repro.workflow.build import OrderError, _build, _checked_scale, _parser
-from repro.workflow.plan import SCALED_S, STAGES, Plan, planned
+from repro.workflow.plan import SCALED_S, STAGES, BuildPlan, planned
 
 ROOT = Path(__file__).resolve().parents[3]
 MOST_JOBS = {"quick": 80, "full": 250}
@@ -17,12 +17,12 @@ MOST_JOBS = {"quick": 80, "full": 250}
 
 @pytest.fixture(scope="module", params=["quick", "full"])
 def plan(request):
-    return Plan(ROOT, Size(request.param))
+    return BuildPlan(ROOT, Size(request.param))
 
 
 @pytest.mark.parametrize("chapter", ["ch02", "appendix_a"])
 def test_chapter_target_has_pages(chapter):
-    final = Plan(ROOT, Size("quick"), target=chapter).final
+    final = BuildPlan(ROOT, Size("quick"), target=chapter).final
     assert final
     assert all(name.startswith(f"notebook/{chapter}") for name in final)
 
@@ -64,7 +64,7 @@ def test_plan_lists_chapters_once(monkeypatch):
     monkeypatch.setattr(
         discover, "producers", lambda root: listings.append(root) or producers(root)
     )
-    plan = Plan(ROOT, Size("quick"))
+    plan = BuildPlan(ROOT, Size("quick"))
     assert plan.jobs
     assert all(plan.key(job) for job in list(plan.jobs.values())[-3:])
     assert listings == [ROOT]
@@ -118,7 +118,10 @@ def test_stages_are_those_of_the_rules(plan):
 
 
 def test_scaled_jobs_take_minutes_and_names_do_not_collide():
-    plan, scaled = Plan(ROOT, Size("full")), Plan(ROOT, Size("full", None, 100))
+    plan, scaled = (
+        BuildPlan(ROOT, Size("full")),
+        BuildPlan(ROOT, Size("full", None, 100)),
+    )
     assert scaled.base == "figures/what-if/full-scale-100"
     for found in scaled.made:
         cost = scaled.costs.get(f"experiment/{found.id}")
@@ -138,7 +141,7 @@ def test_every_task_has_a_measured_cost():
     with (ROOT / costs.TABLE).open(encoding="utf-8") as file:
         known = {(row["effort"], row["task"]) for row in csv.DictReader(file)}
     for effort in ("quick", "full"):
-        tasks = set(Plan(ROOT, Size(effort)).tasks) - {"notebooks"}
+        tasks = set(BuildPlan(ROOT, Size(effort)).tasks) - {"notebooks"}
         tasks = {name for name in tasks if not name.startswith(("part/", "recorded/"))}
         missing = {name for name in tasks if (effort, name) not in known}
         assert len(missing) < len(tasks) / 10, sorted(missing)[:5]

@@ -11,7 +11,7 @@ from repro.run.jobs import Size
 from repro.run.results import WRITTEN, write_atomic, write_json
 from repro.site.mirror import mirror
 from repro.workflow import records
-from repro.workflow.plan import Plan, Task
+from repro.workflow.plan import BuildPlan, BuildTask
 
 FILES = ("figures/quick/x.json", "figures/quick/x.csv", "figures/quick/x.npz")
 SITE = Path("report/site-quick")
@@ -29,9 +29,9 @@ def plan(tmp_path, monkeypatch):
     def site():
         mirror({"index.html": "<p>", "a.html": "<b>"}, SITE)
 
-    figure = Task("figure/x", "pages", drawn, lambda: "1")
-    whole = Task("site", "report", site, lambda: "2", ("figure/x",))
-    plan = Plan(tmp_path, Size("quick"))
+    figure = BuildTask("figure/x", "pages", drawn, lambda: "1")
+    whole = BuildTask("site", "report", site, lambda: "2", ("figure/x",))
+    plan = BuildPlan(tmp_path, Size("quick"))
     plan.tasks = {task.name: task for task in (figure, whole)}
     for task in plan.tasks.values():
         before = len(WRITTEN)
@@ -48,7 +48,7 @@ def there(plan):
 
 
 def state(plan):
-    """Task -> whether it is fresh, and whether its job has its marker."""
+    """BuildTask -> whether it is fresh, and whether its job has its marker."""
     return {
         task.name: (
             records.fresh(plan, task),
@@ -91,7 +91,7 @@ def test_changed_file_is_removed_with_its_record(plan, capsys, content):
 
 def test_changed_key_or_input_is_not_fresh(plan):
     task = plan.tasks["site"]
-    changed = Task(task.name, task.stage, task.make, lambda: "3", task.needs)
+    changed = BuildTask(task.name, task.stage, task.make, lambda: "3", task.needs)
     assert records.fresh(plan, task)
     assert not records.fresh(plan, changed)
     write_atomic(Path(FILES[1]), "1,2")

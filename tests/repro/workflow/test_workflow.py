@@ -174,7 +174,7 @@ def made(root: Path, target: str = "ch02") -> tuple[set[str], str]:
 
 
 def written(root: Path) -> dict[str, int]:
-    """Task -> when its record was written."""
+    """BuildTask -> when its record was written."""
     folders = {"figures/quick/records": "", "data/synthetic/.records": "set/"}
     return {
         f"{kind}{path.relative_to(root / folder).with_suffix('').as_posix()}":
