@@ -32,14 +32,10 @@ PAGE, PRODUCERS = re.findall(r"```python\n(.*?)```", CONTRIBUTING, re.DOTALL)
 (LIBRARY,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 # What is there only when it was built.
 BUILT = (
-    ".cache/",
-    ".snakemake/",
-    ".venv/",
-    "data/synthetic/",
-    "report/site",
-    "report/notebooks/",
-)
-BUILT += ("report/answers/", "report/raxel-report", "report/raxel-crate")
+    ".cache/", ".snakemake/", ".venv/", "data/synthetic/", "figures/full/",
+    "report/site", "report/notebooks/", "report/answers/", "report/raxel-report",
+    "report/raxel-crate",
+)  # fmt: skip
 # Examples of what a reader has: places that stand for any.
 ANY = ("path/to/", "my-", "rendered/", "points/", "calibration/")
 
