@@ -165,7 +165,7 @@ def _summary(label: str, found: DecodedView) -> dict[str, Any]:
 def _median(sigma: np.ndarray) -> float | None:
     """Return the median of the finite values, None if there are none."""
     finite = sigma[np.isfinite(sigma)]
-    return float(np.median(finite)) if len(finite) else None
+    return float(np.median(finite, overwrite_input=True)) if len(finite) else None
 
 
 def _check_names(image_set: ImageSet) -> None:

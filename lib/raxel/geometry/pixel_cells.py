@@ -9,6 +9,7 @@ import numpy as np
 
 # Px: within it, neighbours on one surface have similar distances.
 TILE_PX = 16
+ROWS_PER_BLOCK = 16 * TILE_PX  # handled at once, which bounds the memory
 MAX_SIDE_RATIO = 3.0  # over the median side in a tile
 MAX_SIDE_SIGMAS = 6.0
 
@@ -37,19 +38,33 @@ def usual_step(location):
 def as_in_a_mirror(location):
     """Whether x turns into y in the opposite sense of the image, for most pixels; None
     where undetermined. location: as above."""
-    corner = location[:-1, :-1]
-    right, below = location[:-1, 1:] - corner, location[1:, :-1] - corner
-    turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
-    sides = np.count_nonzero(turn > 0), np.count_nonzero(turn < 0)
+    sides = np.zeros(2, int)
+    for rows in _blocks(len(location), 1):
+        part = location[rows]
+        corner = part[:-1, :-1]
+        right, below = part[:-1, 1:] - corner, part[1:, :-1] - corner
+        turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
+        sides += np.count_nonzero(turn > 0), np.count_nonzero(turn < 0)
     return bool(sides[1] > sides[0]) if any(sides) else None
+
+
+def _blocks(height, overlap):
+    """Slices of ROWS_PER_BLOCK rows, each with `overlap` rows of the next one."""
+    firsts = range(0, max(height - overlap, 1), ROWS_PER_BLOCK)
+    return [slice(first, first + ROWS_PER_BLOCK + overlap) for first in firsts]
 
 
 def _near(location, sigma, axis):
     """Whether each pixel and the next one along an axis see one surface."""
-    steps = _lengths(location, axis)
+    blocks = _blocks(len(location), int(axis == 0))
+    return np.concatenate([_near_in(rows, location, sigma, axis) for rows in blocks])
+
+
+def _near_in(rows, location, sigma, axis):
+    steps = _lengths(location[rows], axis)
     allowed = MAX_SIDE_RATIO * _tile_medians(steps)
     if sigma is not None:
-        variance = np.sum(np.square(sigma), axis=2)
+        variance = np.sum(np.square(sigma[rows]), axis=2)
         ends = np.moveaxis(variance, axis, 0)
         both = np.moveaxis(ends[:-1] + ends[1:], 0, axis)
         allowed = allowed + MAX_SIDE_SIGMAS * np.sqrt(both)

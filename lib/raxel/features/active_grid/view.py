@@ -10,10 +10,11 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.diagnostics import clipped_at, examine
-from raxel.features.active_grid.coding import ALONE, BORDER, FILLED
+from raxel.features.active_grid.coding import ALONE, BORDER
 from raxel.features.active_grid.decoding import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
 from raxel.geometry.pixel_cells import as_in_a_mirror
+from raxel.io.stored import StoredArray
 from raxel.sets import ActiveGrid, ImageSet, View, read_colour
 
 # Isolated pixels: dark parts that count as lit, because their noise exceeds the
@@ -35,28 +36,28 @@ def without_isolated_pixels(decoded):
 
     A small share of isolated pixels is kept and returned as 0. With many of them, the
     surroundings of the lit area did not count as dark. Then the border is excluded
-    here, by margin_px around all pixels that are not decoded.
+    here, by margin_px around all pixels that are not decoded. The arrays of `decoded`
+    are changed, since copies would fill the memory.
     """
     mask = decoded.mask.astype(np.uint8)
     count = np.count_nonzero(mask)
     labels, stats = cv2.connectedComponentsWithStats(mask, connectivity=8)[1:3]
     small = stats[:, cv2.CC_STAT_AREA] < MIN_PATCH_PIXELS
     small[0] = False
-    isolated = small[labels] & _faint(decoded.sigma, mask > 0)
+    isolated = small[labels]
+    del labels
+    isolated &= _faint(decoded.sigma, mask > 0)
     isolated_share = np.count_nonzero(isolated) / max(count, 1)
     if isolated_share < MIN_ISOLATED_SHARE:
         return decoded, 0.0
     mask[isolated] = 0
     kernel = np.ones((2 * decoded.margin_px + 1,) * 2, np.uint8)
     inner = cv2.erode(mask, kernel, borderValue=1) > 0
-    status = np.where(isolated, ALONE, decoded.status)
-    status = np.where((mask > 0) & ~inner, BORDER, status).astype(np.uint8)
-    gone = status > FILLED
-    location, sigma = decoded.location.copy(), decoded.sigma.copy()
-    location[gone] = sigma[gone] = np.nan
-    return replace(
-        decoded, location=location, sigma=sigma, status=status
-    ), isolated_share
+    decoded.status[isolated] = ALONE
+    decoded.status[(mask > 0) & ~inner] = BORDER
+    for values in decoded.location, decoded.sigma:
+        np.copyto(values, np.nan, where=~decoded.mask[..., None])
+    return decoded, isolated_share
 
 
 def _faint(sigma, mask):
@@ -65,7 +66,7 @@ def _faint(sigma, mask):
     for own in np.moveaxis(sigma, 2, 0):
         known = own[mask]
         if np.isfinite(known).any():
-            faint |= own > FAINT_SIGMAS * np.nanmedian(known)
+            faint |= own > FAINT_SIGMAS * np.nanmedian(known, overwrite_input=True)
     return faint
 
 
@@ -142,7 +143,7 @@ def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
     """
     check_active_grid(image_set)
     where = f"{image_set.description}: views: {view.label}"
-    images = np.array(_images(image_set, view))
+    images = _images(image_set, view)
     levels = dict(zip(_levels(view), images[len(view.patterns) :], strict=True))
     images = images[: len(view.patterns)]
     try:
@@ -174,7 +175,7 @@ def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
         )
     lines += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in lines)
-    image = levels.get("white", images[0])
+    image = levels.get("white", images[0])[:]
     mirrored = as_in_a_mirror(found.location)
     (ex, ey), (fx, fy) = map(float, checked.errors), map(float, checked.factors)
     return DecodedView(found, reason, warnings, image, mirrored, (ex, ey), (fx, fy))
@@ -191,6 +192,7 @@ def decode_checked(images, patterns, monitor, *, smooth=True, **options):
     checked = examine(images, patterns, monitor, found, **levels, smooth=smooth)
     if max(checked.factors) > 1:
         options |= {"noise": found.noise, "shared": checked.factors}
+        del found  # memory for the next one
         found = decode(images, patterns, monitor, **options)
     return found, checked
 
@@ -200,7 +202,7 @@ def _levels(view):
 
 
 def _images(image_set, view):
-    """Return all images of a view in grey, of one depth: patterns, then levels."""
+    """Return images in grey of one depth as StoredArrays: patterns, then levels."""
     names = [p.image for p in view.patterns]
     names += [getattr(view, level) for level in _levels(view)]
     found = []
@@ -212,7 +214,7 @@ def _images(image_set, view):
                 f"{image_set.folder / name}: {bits[0]} bit differs from {bits[1]} bit "
                 f"of {names[0]}; save all images of {view.label} in one depth"
             )
-        found.append(image)
+        found.append(StoredArray(image))
     return found
 
 

@@ -47,7 +47,8 @@ class Examined(NamedTuple):
 
     def widened(self, sigma):
         """Return sigma (H, W, 2) with the errors; `decode` applies the factors."""
-        return np.hypot(sigma, self.errors).astype(np.float32)
+        wider = np.empty_like(sigma)
+        return np.hypot(sigma, self.errors, out=wider, casting="same_kind")
 
 
 def examine(
@@ -87,8 +88,10 @@ def examine(
 def _of_steps(sample, monitor, decoded, smooth):
     """Return diagnostics, errors (2,) and factors (2,) by inconsistent steps."""
     errors, factors = np.zeros(2), np.ones(2)
-    known = decoded.sigma[decoded.mask]
-    if not len(known):
+    mask = decoded.mask
+    step = 1 + np.count_nonzero(mask) // N_MEDIAN_PIXELS
+    known = [decoded.sigma[..., code.axis][mask][::step] for code in sample.codes]
+    if not len(known[0]):
         return [], errors, factors
     size = monitor.monitor_mm or monitor.monitor_px
     axes = [code.axis for code in sample.codes]
@@ -96,9 +99,7 @@ def _of_steps(sample, monitor, decoded, smooth):
         (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
         for code in sample.codes
     ]
-    usual = (
-        np.median(known[:: 1 + len(known) // N_MEDIAN_PIXELS], axis=0)[axes] / lengths
-    )
+    usual = np.median(known, axis=1) / lengths
     diagnostics, periods, wider = step_errors(sample, decoded.noise, usual, smooth)
     errors[axes], factors[axes] = periods * lengths, wider
     return diagnostics, errors, factors
@@ -107,7 +108,8 @@ def _of_steps(sample, monitor, decoded, smooth):
 def _equal_images(images, patterns):
     """Yield a diagnostic for equal images, unless they are uniform."""
     first = {}
-    for image, pattern in zip(images, patterns, strict=True):
+    for stored, pattern in zip(images, patterns, strict=True):
+        image = stored[:]
         if image.min() == image.max():
             continue
         key = hashlib.blake2b(np.ascontiguousarray(image)).digest()
@@ -132,8 +134,9 @@ def _levels(sample, white, black):
     """Yield a diagnostic if black is brighter than white."""
     if sample is None or white is None or black is None:
         return
-    light = white.astype(np.int32) - black
-    if np.quantile(light, 0.95) < np.abs(np.quantile(light, 0.05)):
+    light = np.subtract(white[:], black[:], dtype=np.int32)
+    low, high = np.quantile(light, (0.05, 0.95), overwrite_input=True)
+    if high < np.abs(low):
         yield Diagnostic(
             "white-black",
             True,
@@ -172,14 +175,12 @@ def clipped_at(images, patterns):
     sines = [i for i, p in zip(images, patterns, strict=True) if p.kind == "phase"]
     if not sines:
         return None
-    top = max(int(image.max()) for image in sines)
-    count = total = 0
-    for image in sines:
-        count += int(np.count_nonzero(image == top))
-        total += image.size
-    if count < MIN_CLIPPED_SHARE * total:
+    top = max(int(image[:].max()) for image in sines)
+    count = sum(int(np.count_nonzero(image[:] == top)) for image in sines)
+    if count < MIN_CLIPPED_SHARE * len(sines) * np.prod(sines[0].shape):
         return None
-    values = np.concatenate([image[image > 0.9 * top].ravel() for image in sines])
+    images = (image[:] for image in sines)
+    values = np.concatenate([image[image > 0.9 * top] for image in images])
     lower = np.unique(values[values < top])[::-1][:3]
     if len(lower) < 3:
         return None

@@ -1,0 +1,33 @@
+"""Arrays in temporary files, for images and points that would fill the memory."""
+
+import tempfile
+import weakref
+
+import numpy as np
+
+
+class StoredArray:
+    """Hold an array in a temporary file; each index returns a copy of a part.
+
+    The file is mapped only while it is read, so its pages do not stay in the memory of
+    the process. It is in the folder of `tempfile` (TMPDIR), and is deleted with this
+    object.
+    """
+
+    def __init__(self, array):
+        self.shape, self.dtype = array.shape, array.dtype
+        self._file = tempfile.TemporaryFile()  # noqa: SIM115
+        weakref.finalize(self, self._file.close)
+        try:
+            self._file.write(np.ascontiguousarray(array).data)
+            self._file.flush()
+        except OSError as fault:
+            folder = tempfile.gettempdir()
+            raise OSError(fault.errno, fault.strerror, folder) from fault
+
+    def __getitem__(self, index):
+        return np.array(self.__array__()[index])
+
+    def __array__(self, dtype=None, copy=None):
+        mapped = np.memmap(self._file, self.dtype, "r", shape=self.shape)
+        return np.array(mapped, dtype, copy=copy)
