@@ -18,6 +18,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
 from raxel.features.boards import SizeVote
 from raxel.features.grids import decode_grids, read_grids
+from raxel.io.stored import StoredArray
 from raxel.sets import ActiveGrid, MirrorSet, View
 from raxel.sets.model import words_of
 
@@ -156,7 +157,7 @@ def _grids(image_set, views, options, say):
         warnings += [Diagnosis.reported("decoding", text) for text in grid.warnings]
         if not reason:
             try:
-                seen.append(dense_view(grid.location, grid.sigma, grid.mask, name))
+                seen.append(_stored(dense_view(*grid[1:4], name)))
             except CalibrationError as fault:
                 reason = str(fault).removeprefix(f"{name}: ")
         entries.append(Entry(grid.view, not reason, reason))
@@ -173,6 +174,12 @@ def _grids(image_set, views, options, say):
     if image_set.target.monitor_mm is None:
         warnings.append(diagnosis("no-monitor-size"))
     return SeenViews(entries, seen, fields, warnings)
+
+
+def _stored(view):
+    """The DenseView with its largest arrays in files."""
+    fields = "location", "sigma", "whole"
+    return view._replace(**{name: StoredArray(getattr(view, name)) for name in fields})
 
 
 def _range(numbers):

@@ -11,6 +11,7 @@ from raxel.features.active_grid.view import check_active_grid, decode_view
 from raxel.io.archives import Archive
 from raxel.io.documents import shown
 from raxel.io.files import read_json
+from raxel.io.stored import StoredArray
 from raxel.sets.model import View
 
 SUMMARY = "decoded.json"
@@ -19,15 +20,15 @@ MAX_LENGTH = 1e6  # mm or px, of points and their deviations
 
 class DecodedGrid(NamedTuple):
     """The decoded points of one view: location, sigma and mask, as `decode` returns
-    them.
+    them, the first two as StoredArrays.
 
     All None where the view was rejected, for `reason`. Read from a file, sigma and mask
     may be None. warnings: lines on problems of the view.
     """
 
     view: View
-    location: np.ndarray | None = None
-    sigma: np.ndarray | None = None
+    location: StoredArray | None = None
+    sigma: StoredArray | None = None
     mask: np.ndarray | None = None
     reason: str = ""
     warnings: tuple[str, ...] = ()
@@ -45,11 +46,12 @@ def decode_grids(image_set, views, say=None):
         if say:
             share = 0.0 if reason else 100 * np.mean(found.mask)
             say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
-        if reason:
-            yield DecodedGrid(view, reason=reason)
-        else:
-            arrays = found.location, found.sigma, found.mask
-            yield DecodedGrid(view, *arrays, warnings=warnings)
+        grid = DecodedGrid(view, reason=reason)
+        if not reason:
+            arrays = StoredArray(found.location), StoredArray(found.sigma), found.mask
+            grid = DecodedGrid(view, *arrays, warnings=warnings)
+        del found  # memory for the next one
+        yield grid
 
 
 def write_points(path, decoded):
@@ -107,7 +109,8 @@ def read_grid(path, shape):
     """
     with Archive(path, "file of points") as archive:
         unit = "mm" if archive.has("points_mm") else "px"
-    return _read(path, None, unit, shape)[1:4]
+    grid = _read(path, None, unit, shape)
+    return grid.location[:], grid.sigma and grid.sigma[:], grid.mask
 
 
 def _read(path, view, unit, shape):
@@ -122,16 +125,17 @@ def _read(path, view, unit, shape):
 
 
 def _lengths(path, archive, name, shape):
-    """Numbers that may be lengths on a monitor."""
+    """Numbers that may be lengths on a monitor, as a StoredArray."""
     values = _array(path, archive, name, shape, "iuf", "numbers")
-    values = values.astype(np.result_type(values, np.float32))  # halves end below
-    beyond = np.abs(values) > MAX_LENGTH  # NaN is not
+    kind = np.result_type(values, np.float32)  # halves end below
+    values = values.astype(kind, copy=False)
+    beyond = (values > MAX_LENGTH) | (values < -MAX_LENGTH)  # NaN is not
     if beyond.any():
         raise InputError(
             f"{path}: {name}: found {values[beyond][0]:g}, more than any monitor; "
             "decode the view again"
         )
-    return values
+    return StoredArray(values)
 
 
 def _array(path, archive, name, shape, kinds, what):

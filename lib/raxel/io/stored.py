@@ -26,8 +26,5 @@ class StoredArray:
             raise OSError(fault.errno, fault.strerror, folder) from fault
 
     def __getitem__(self, index):
-        return np.array(self.__array__()[index])
-
-    def __array__(self, dtype=None, copy=None):
         mapped = np.memmap(self._file, self.dtype, "r", shape=self.shape)
-        return np.array(mapped, dtype, copy=copy)
+        return np.array(mapped[index])

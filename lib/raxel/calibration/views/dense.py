@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,7 +104,8 @@ class DenseView(NamedTuple):
 
     The ray table weights the points of a pixel with 1/sigma^2, and a misfit is compared
     with `sd`. Fits of formulas, poses and centre, and all scores, weight the samples
-    alike, as they do corners. Memory: 17 bytes for each pixel of the image.
+    alike, as they do corners. Memory: 17 bytes for each pixel of the image; location,
+    sigma and whole may be StoredArrays instead.
 
     Attributes
     ----------
@@ -240,12 +241,12 @@ class DenseView(NamedTuple):
             Weight of the view.
         """
         plane = T_base_grid[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0])
-        add_points(sums, self.location, self.sigma, plane, weight)
+        add_points(sums, self.location[:], self.sigma[:], plane, weight)
 
 
 def dense_view(
-    location: np.ndarray,
-    sigma: ArrayLike | None = None,
+    location: Any,
+    sigma: Any = None,
     mask: ArrayLike | None = None,
     name: str = "",
 ) -> DenseView:
@@ -258,10 +259,10 @@ def dense_view(
 
     Parameters
     ----------
-    location : ndarray, shape (H, W, 2)
+    location : ndarray or StoredArray, shape (H, W, 2)
         Point of the grid that each pixel sees; NaN (or beyond MAX_COORDINATE_MM) where
         unknown.
-    sigma : array_like, shape (H, W, 2), or None
+    sigma : ndarray or StoredArray, shape (H, W, 2), or None
         Standard deviations in the same unit; None where unknown.
     mask : array_like of bool, shape (H, W), or None
         Where a location counts; None for all that are finite.
@@ -292,7 +293,7 @@ def dense_view(
     [[5.25, 2.0]]
     """
     name = name or "grid"
-    location = _single(location)
+    location = _single(location[:])
     if location.ndim != 3 or location.shape[2] != 2:
         raise InputError(
             f"{name}: location: found shape {location.shape}; give (height, width, 2)"
@@ -303,9 +304,9 @@ def dense_view(
     if sigma is None:
         deviations = np.ones_like(location)
     else:
-        deviations = _fitting(name, "sigma", _single(sigma), location.shape)
+        deviations = _fitting(name, "sigma", _single(sigma[:]), location.shape)
         seen &= (deviations >= 0).all(axis=2)
-        deviations = np.maximum(deviations, MIN_SIGMA_MM)
+        np.maximum(deviations, MIN_SIGMA_MM, out=deviations)
     count = np.count_nonzero(seen)
     if count < MIN_N_PIXELS:
         raise CalibrationError(
@@ -313,7 +314,8 @@ def dense_view(
             f"{MIN_N_PIXELS}",
             code="too-few-points",
         )
-    location[~seen] = deviations[~seen] = np.nan
+    for values in location, deviations:
+        np.copyto(values, np.nan, where=~seen[..., None])
     whole = whole_cells(location, None if sigma is None else deviations)
     step = max(1, int(np.sqrt(count / N_SAMPLES)))
     pixels = _lattice(seen, step)
@@ -338,12 +340,11 @@ def dense_view(
 
 
 def _single(values):
-    """In single precision, NaN for values beyond MAX_COORDINATE_MM."""
-    values = np.asarray(values)
-    with np.errstate(invalid="ignore"):
-        return np.where(np.abs(values) <= MAX_COORDINATE_MM, values, np.nan).astype(
-            np.float32
-        )
+    """A copy in single precision, NaN for values beyond MAX_COORDINATE_MM."""
+    with np.errstate(over="ignore"):
+        values = np.array(values, np.float32)
+    values[(values > MAX_COORDINATE_MM) | (values < -MAX_COORDINATE_MM)] = np.nan
+    return values
 
 
 def _fitting(name, field, array, shape):
