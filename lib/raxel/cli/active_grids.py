@@ -116,6 +116,7 @@ def decode(options: SimpleNamespace, say: Say) -> None:
             _write(folder, view.label, found, image_set.target)
             summaries.append(_summary(view.label, found))
             warnings += found.warnings
+            del found  # memory for the next one
             say(f"{number}/{len(image_set.views)} {view.label}")
         warnings += of_handedness([(v["view"], v["as_in_a_mirror"]) for v in summaries])
         warnings += of_swapped_sides(image_set.target)

@@ -22,8 +22,14 @@ def whole_cells(location, sigma=None):
     The sides of a whole square are at most MAX_SIDE_RATIO times the median of the sides
     of their kind in the tile around, plus MAX_SIDE_SIGMAS standard deviations.
     """
-    along, down = (_near(location, sigma, axis) for axis in (1, 0))
-    return along[:-1] & along[1:] & down[:, :-1] & down[:, 1:]
+    parts = []
+    for first in range(0, max(len(location) - 1, 1), ROWS_PER_BLOCK):
+        rows = slice(first, first + ROWS_PER_BLOCK + TILE_PX + 1)
+        near = location[rows], None if sigma is None else sigma[rows]
+        along, down = (_near(*near, axis) for axis in (1, 0))
+        whole = along[:-1] & along[1:] & down[:, :-1] & down[:, 1:]
+        parts.append(whole[:ROWS_PER_BLOCK])
+    return np.concatenate(parts)
 
 
 def usual_step(location):
@@ -39,8 +45,8 @@ def as_in_a_mirror(location):
     """Whether x turns into y in the opposite sense of the image, for most pixels; None
     where undetermined. location: as above."""
     sides = np.zeros(2, int)
-    for rows in _blocks(len(location), 1):
-        part = location[rows]
+    for first in range(0, len(location) - 1, ROWS_PER_BLOCK):
+        part = location[first : first + ROWS_PER_BLOCK + 1]
         corner = part[:-1, :-1]
         right, below = part[:-1, 1:] - corner, part[1:, :-1] - corner
         turn = right[..., 0] * below[..., 1] - right[..., 1] * below[..., 0]
@@ -48,23 +54,12 @@ def as_in_a_mirror(location):
     return bool(sides[1] > sides[0]) if any(sides) else None
 
 
-def _blocks(height, overlap):
-    """Slices of ROWS_PER_BLOCK rows, each with `overlap` rows of the next one."""
-    firsts = range(0, max(height - overlap, 1), ROWS_PER_BLOCK)
-    return [slice(first, first + ROWS_PER_BLOCK + overlap) for first in firsts]
-
-
 def _near(location, sigma, axis):
     """Whether each pixel and the next one along an axis see one surface."""
-    blocks = _blocks(len(location), int(axis == 0))
-    return np.concatenate([_near_in(rows, location, sigma, axis) for rows in blocks])
-
-
-def _near_in(rows, location, sigma, axis):
-    steps = _lengths(location[rows], axis)
+    steps = _lengths(location, axis)
     allowed = MAX_SIDE_RATIO * _tile_medians(steps)
     if sigma is not None:
-        variance = np.sum(np.square(sigma[rows]), axis=2)
+        variance = np.sum(np.square(sigma), axis=2)
         ends = np.moveaxis(variance, axis, 0)
         both = np.moveaxis(ends[:-1] + ends[1:], 0, axis)
         allowed = allowed + MAX_SIDE_SIGMAS * np.sqrt(both)

@@ -1,7 +1,6 @@
 """Arrays in temporary files, for images and points that would fill the memory."""
 
 import tempfile
-import weakref
 
 import numpy as np
 
@@ -17,13 +16,12 @@ class StoredArray:
     def __init__(self, array):
         self.shape, self.dtype = array.shape, array.dtype
         self._file = tempfile.TemporaryFile()  # noqa: SIM115
-        weakref.finalize(self, self._file.close)
         try:
             self._file.write(np.ascontiguousarray(array).data)
             self._file.flush()
         except OSError as fault:
-            folder = tempfile.gettempdir()
-            raise OSError(fault.errno, fault.strerror, folder) from fault
+            place = fault.errno, fault.strerror, tempfile.gettempdir()
+            raise OSError(*place) from fault
 
     def __getitem__(self, index):
         mapped = np.memmap(self._file, self.dtype, "r", shape=self.shape)

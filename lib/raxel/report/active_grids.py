@@ -95,7 +95,7 @@ def decoded_figure(decoded: Any, image: np.ndarray, extent: Sequence[float]) -> 
     step = np.s_[:: max(1, width // N_SHOWN), :: max(1, width // N_SHOWN)]
     figure, (top, bottom) = image_figure(width, height, rows=2)
     show_image(top, image, 0.75)
-    counts = np.bincount(decoded.status.ravel(), minlength=len(REASONS))
+    counts = np.array([np.count_nonzero(decoded.status == k) for k in REASONS])
     keys = [Patch(facecolor="white", label=f"decoded: {share(counts, DECODED)}")]
     for status, colour in STATUS_COLOURS.items():
         if counts[status]:

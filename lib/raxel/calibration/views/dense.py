@@ -170,7 +170,7 @@ class DenseView(NamedTuple):
         there = np.all((pixels >= 0) & (pixels <= [width - 1, height - 1]), axis=1)
         waiting = np.flatnonzero(there)
         # A pixel between two squares belongs to either.
-        for lower in product((np.floor, _below), repeat=2):
+        for lower in product((np.floor, lambda x: np.ceil(x) - 1), repeat=2):
             u, v = (f(pixels[waiting, k]).astype(int) for k, f in enumerate(lower))  # type: ignore[operator]
             holds = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
             holds[holds] = self.whole[v[holds], u[holds]]
@@ -245,10 +245,7 @@ class DenseView(NamedTuple):
 
 
 def dense_view(
-    location: Any,
-    sigma: Any = None,
-    mask: ArrayLike | None = None,
-    name: str = "",
+    location: Any, sigma: Any = None, mask: ArrayLike | None = None, name: str = ""
 ) -> DenseView:
     """Return the DenseView of decoded points.
 
@@ -389,7 +386,3 @@ def _in_pixels(sigma, slopes):
     with np.errstate(divide="ignore", invalid="ignore"):
         sd = np.sqrt(across / 2) / np.abs(a * d - b * c)
     return np.where(np.isfinite(sd), sd, np.nan)
-
-
-def _below(values):
-    return np.ceil(values) - 1

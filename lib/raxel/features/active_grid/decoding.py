@@ -70,7 +70,8 @@ from raxel.features.active_grid.response import (
 from raxel.io.files import processors
 from raxel.sets.model import ActiveGrid, Pattern
 
-ROWS_PER_TASK = 128
+# MAX_ROW_BYTES: of one row of all images, in all threads.
+ROWS_PER_TASK, MAX_ROW_BYTES = 128, 4_000_000
 MARGIN_PX = 6  # minimum, and the margin where the blur cannot be measured
 REASONS = {
     DECODED: "decoded",
@@ -133,8 +134,7 @@ class Decoded:
 
     def counts(self) -> dict[str, int]:
         """Return the number of pixels of each of REASONS, {reason: count}."""
-        found = np.bincount(self.status.ravel(), minlength=len(REASONS))
-        return {REASONS[k]: int(found[k]) for k in REASONS}
+        return {REASONS[k]: int(np.count_nonzero(self.status == k)) for k in REASONS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +182,7 @@ def decode(
     Parameters
     ----------
     images : np.ndarray or Sequence[np.ndarray]
-        (n, H, W) or n images (H, W), uint8 or uint16. A contiguous stack is used
-        without a copy.
+        (n, H, W) or n images (H, W), uint8 or uint16. They are read in blocks of rows.
     patterns : Sequence[Pattern]
         n patterns, what each image shows, in any order: one axis or both, Gray code or
         phases or both, three phase steps or more. Without Gray code, sinusoidal
@@ -221,7 +220,7 @@ def decode(
         Assume that monitor and camera respond in proportion; measure and correct
         nothing.
     threads : int, optional
-        Number of threads; default one per processor.
+        Number of threads; default one per processor, fewer for large images.
     shared : tuple[float, float]
         (along x, along y): factor by which spatially correlated noise makes sigma
         larger than white noise does (`checks.scatter`).
@@ -273,6 +272,7 @@ def decode(
     spread = np.sqrt(noise.at(0)) * max(shared)  # type: ignore[union-attr]
     of_pixels = averaged, blurred, spread
     bias = squared_bias(images, stack.given_codes, *of_pixels, ripples, plan.orders)
+    rest = [[response.remaining or 0.0] for response in responses]
     settings = DecoderSettings(
         plan=plan,
         smooth=smooth,
@@ -280,10 +280,12 @@ def decode(
         saturated=stack.dtype.type(limit),
         variance=tuple(map(np.float32, noise)),  # type: ignore[arg-type]
         ripples=ripples_of(ripples, stack.shape),
-        bias=_with_rest(bias, responses),
+        bias=bias + np.array(rest, np.float32)[..., None] ** 2,
     )
-    out = _arrays((len(stack.codes), *stack.shape))
-    with ThreadPoolExecutor(threads or processors()) as pool:
+    shape, kinds = (len(stack.codes), *stack.shape), (np.float32, np.float32, np.int16)
+    out = *(np.empty(shape, kind) for kind in kinds), np.empty(stack.shape, np.uint8)
+    most = MAX_ROW_BYTES // (len(images) * stack.shape[1] * stack.dtype.itemsize)
+    with ThreadPoolExecutor(threads or min(processors(), 1 + most)) as pool:
         _decode_all(stack, settings, pool, out)
         if max(shared) > 1:
             factors = np.array([shared[code.axis] for code in stack.codes], np.float32)
@@ -296,6 +298,12 @@ def decode(
         smooth_neighbours(location, sigma, status, plan.reach)
     if fill:
         fill_holes(location, sigma, cells, status, plan.reach, plan.length)
+    of_axes = {
+        code.axis: response.scaled(length)
+        for response, length, code in zip(
+            responses, plan.length, stack.codes, strict=True
+        )
+    }
     return Decoded(  # type: ignore[call-arg]
         *(_both_axes(array, stack.codes) for array in (location, sigma, cells)),
         status,
@@ -303,23 +311,8 @@ def decode(
         noise,
         blur.px if blur else None,
         margins[0],
-        _by_axis(responses, plan.length, stack.codes),
+        tuple(of_axes.get(axis, UNKNOWN_RESPONSE) for axis in (0, 1)),
     )
-
-
-def _with_rest(bias, responses):
-    """Return the squared bias in periods plus the rest of the response's ripple."""
-    rest = [[response.remaining or 0.0] for response in responses]
-    return bias + np.float32(rest)[..., None] ** 2
-
-
-def _by_axis(responses, lengths, codes):
-    """Return the responses (along x, along y) in the unit of `lengths` of periods."""
-    found = {
-        code.axis: response.scaled(length)
-        for response, length, code in zip(responses, lengths, codes, strict=True)
-    }
-    return tuple(found.get(axis, UNKNOWN_RESPONSE) for axis in (0, 1))
 
 
 def _margins(margin_px, blur, smooth):
@@ -329,12 +322,6 @@ def _margins(margin_px, blur, smooth):
     if blur is None:
         return MARGIN_PX, MARGIN_PX
     return tuple(max(MARGIN_PX, margin) for margin in blur.margins(smooth))
-
-
-def _arrays(shape):
-    """Return location, sigma, cells (A, H, W) and status (H, W) to write to."""
-    kinds = np.float32, np.float32, np.int16
-    return *(np.empty(shape, kind) for kind in kinds), np.empty(shape[1:], np.uint8)
 
 
 def _decode_all(stack, settings, pool, out):

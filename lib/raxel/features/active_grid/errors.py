@@ -23,6 +23,7 @@ from raxel.features.active_grid.reading import MIN_MODULATION
 
 
 NOISE_SAMPLES = 120_000  # pixels, in rows all over the images
+MIN_NOISE_ROWS = 4
 NOISE_LEVELS = 16
 MIN_N_PER_LEVEL = 500
 QUANTISATION_VARIANCE = 1 / 12  # variance of rounding to whole grey levels
@@ -58,7 +59,7 @@ def estimate_noise(images, white):
     height, width = images[0].shape
     if height < 3 or width < 3:
         return Noise(QUANTISATION_VARIANCE)
-    rows = min(height - 2, max(1, NOISE_SAMPLES // (width * len(images))))
+    rows = min(height - 2, max(MIN_NOISE_ROWS, NOISE_SAMPLES // (width * len(images))))
     middle = 1 + (np.arange(rows) * (height - 2)) // rows
     levels, responses = [], []
     kind = np.uint16 if images[0].dtype == np.uint8 else np.uint32
@@ -367,7 +368,13 @@ def _shifts(images, coding, spread, of_windows, of_blur):
         ]
         there[selected] = near[0][2] & near[1][2]
         over_quarter = near[0][0] + near[1][0] - 2 * middle[0][selected]
-        there[selected] &= _is_one_surface(bent[selected], over_quarter, sd[selected])
+        # Both second differences belong to one curved surface. Of the five positions
+        # the middle one has weight -2 + 8, the near ones have 4.
+        own = bent[selected]
+        limit = CURVATURE_SIGMAS * np.sqrt(70) * sd[selected]
+        there[selected] &= (
+            np.abs(own - 4 * over_quarter) < CURVATURE_TOL * np.abs(own) + limit
+        )
         known = known & there
         shift += (of_windows + of_blur) / 2 * bent / HALF_BLOCK_PX**2
         shift += of_blur * step * brighter / BLOCK_PX**2
@@ -404,16 +411,6 @@ def _across(middle, sides, axis):
     )
     known &= ~(jump & (np.abs(bent) > MIN_CURVATURE))
     return bent, _last(position, axis) - _first(position, axis), np.log(shares), known
-
-
-def _is_one_surface(bent, near, sd):
-    """Return where both second differences belong to one curved surface.
-
-    bent, near: over HALF_BLOCK_PX and QUARTER_BLOCK_PX; sd: of a position.
-    """
-    # Of the five positions the middle one has weight -2 + 8, the near ones have 4.
-    limit = CURVATURE_TOL * np.abs(bent) + CURVATURE_SIGMAS * np.sqrt(70) * sd
-    return np.abs(bent - 4 * near) < limit
 
 
 def _first(values, axis):

@@ -195,8 +195,8 @@ def _between(location, pixel, point):
     order = np.argsort(np.sum((visible - point) ** 2, axis=1), kind="stable")
     four = []
     for k in order:
-        pairs = combinations(four, 2)
-        if all(_triangle(around[i], around[j], around[k]) for i, j in pairs):
+        sides = (around[list(pair)] - around[k] for pair in combinations(four, 2))
+        if all(a[0] * b[1] != b[0] * a[1] for a, b in sides):  # not collinear
             four.append(k)
         if len(four) == 4:
             break
@@ -208,11 +208,6 @@ def _between(location, pixel, point):
         return np.full(2, np.nan)
     found = apply_homography(H, point[None])[0]
     return found if np.abs(found - pixel).max() <= 1 else np.full(2, np.nan)
-
-
-def _triangle(a, b, c):
-    """Whether three pixels are not collinear."""
-    return (b[0] - a[0]) * (c[1] - a[1]) != (b[1] - a[1]) * (c[0] - a[0])
 
 
 # Share of a period: pixels this close to the next period may belong to it; the shift by

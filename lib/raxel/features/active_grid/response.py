@@ -272,7 +272,8 @@ def response_warnings(decoded, linear):
             lines.append(
                 f"axis {'xy'[axis]}: positions may be shifted by up to "
                 f"{response.remaining:.2g} {decoded.unit} RMS (response unknown, "
-                f"included in sigma); take {_more_steps(response.steps)}, or use "
+                f"included in sigma); take {'six' if response.steps < 6 else 'more'} "
+                "steps, or use "
                 "--linear for a linear monitor and camera"
             )
         else:
@@ -282,10 +283,6 @@ def response_warnings(decoded, linear):
                 "after correction; take more steps"
             )
     return lines
-
-
-def _more_steps(count):
-    return "six steps" if count < 6 else "more steps"
 
 
 def _of_axis(stack, code, noise, limit, blur_px):
@@ -310,7 +307,7 @@ def _bounded(stack, code, noise, blur_px):
 def _fitted(pieces, sines):
     """Return the Response that makes pieces of lines smooth."""
     count = len(sines.steps)
-    used = _used(count)
+    used = np.arange({3: 9, 4: 8}.get(count, 7))  # of share, skew, r2, r3
     usual = _usual(count)[used]
     values, weights = np.zeros(9), None
     blind = _blind_to_polynomials()
@@ -390,11 +387,6 @@ def _newton_steps(values, sines):
             return max(times - 1, 1)
         before = now
     return MAX_NEWTON_STEPS
-
-
-def _used(count):
-    """Return which of the nine coefficients are estimated: share, skew, r2, r3."""
-    return np.arange({3: 9, 4: 8}.get(count, 7))
 
 
 def _ripple_of(values, sines, times):

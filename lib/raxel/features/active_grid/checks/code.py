@@ -11,12 +11,15 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.constants import golden_ratio
 
 # Sample of pixels for the checks.
 
 
 N_PIXELS = 250_000
 BAND_ROWS = 16  # consecutive rows, so that pixels have neighbours along both axes
+# Wider images have shorter bands, as few rows do not distinguish the bits along y.
+MAX_BAND_COLUMNS, SHORT_BAND_COLUMNS = 3125, 1000
 MIN_CONTRAST_SIGMAS = 10  # standard deviations of the noise
 MIN_CONTRAST_SHARE = 0.1  # of the contrast of well lit pixels
 MIN_N_LIT = 500  # pixels; with fewer, nothing is checked
@@ -36,11 +39,12 @@ class Diagnostic(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Hold bands of rows of all images (n, bands, BAND_ROWS, W) float32, and codes.
+    """Hold bands of rows of all images (n, bands, BAND_ROWS, w) float32, and codes.
 
     high, low: largest and smallest value of each pixel; lit: bool, whether they differ
     clearly. codes: the AxisCodes; extents: (A,) of the monitor, px; names: of the
-    images. middle: mean of high and low, for bits without inverse.
+    images. middle: mean of high and low, for bits without inverse. x: (bands, w), image
+    columns from -1 to 1.
     """
 
     images: np.ndarray
@@ -51,6 +55,7 @@ class Sample:
     low: np.ndarray
     lit: np.ndarray
     middle: np.ndarray
+    x: np.ndarray
 
     def difference(self, axis, bit):
         """Return image minus inverse of a bit, as a share of the contrast, -1 to 1."""
@@ -75,12 +80,11 @@ class Sample:
 
 def sampled(images, patterns, codes, monitor, noise, levels):
     """Return the Sample of a view's images, or None with too few lit pixels."""
-    height, width = images[0].shape
-    rows = _rows(height, width)
+    rows, columns = _bands(*images[0].shape)
     levels = [level for level in levels if level is not None]
     extents = np.array([monitor.monitor_px[code.axis] for code in codes])
-    taken = np.array([image[rows] for image in (*images, *levels)], np.float32)
-    taken = taken.reshape(len(taken), -1, min(BAND_ROWS, height), width)
+    where = rows[..., None], columns[:, None]
+    taken = np.array([image[where] for image in (*images, *levels)], np.float32)
     high, low = taken.max(axis=0), taken.min(axis=0)
     contrast = high - low
     spread = np.sqrt(noise.at((high + low) / 2))
@@ -90,17 +94,20 @@ def sampled(images, patterns, codes, monitor, noise, levels):
     )
     if np.count_nonzero(lit) < MIN_N_LIT:
         return None
-    names = [p.image for p in patterns]
-    own = taken[: len(images)], names, codes, extents
-    return Sample(*own, high, low, lit, (high + low) / 2)
+    own = taken[: len(images)], [p.image for p in patterns], codes, extents
+    return Sample(
+        *own, high, low, lit, (high + low) / 2, 2 * columns / images[0].shape[1] - 1
+    )
 
 
-def _rows(height, width):
-    """Return evenly spread bands of rows, of about N_PIXELS pixels."""
+def _bands(height, width):
+    """Return rows (n, BAND_ROWS) and columns (n, w) of evenly spread bands."""
     band = min(BAND_ROWS, height)
-    count = min(max(1, N_PIXELS // (band * width)), height // band)
+    wide = width if width <= MAX_BAND_COLUMNS else SHORT_BAND_COLUMNS
+    count = min(max(1, N_PIXELS // (band * wide)), height // band)
     first = np.linspace(0, height - band, count).round().astype(int)
-    return (first[:, None] + np.arange(band)).ravel()
+    left = (np.arange(count) * golden_ratio % 1 * (width - wide)).astype(int)
+    return first[:, None] + np.arange(band), left[:, None] + np.arange(wide)
 
 
 def neighbours(distance):

@@ -31,6 +31,7 @@ MAX_OUTSIDE_SHARE = 0.2
 MIN_SPIKE_RATIO = 5
 MIN_CLIPPED_SHARE = 5e-4
 N_MEDIAN_PIXELS = 50_000  # for a median
+USUAL_PX = 1024, 1024  # monitor that displays bits finer than its pixels as equal
 
 
 class Examined(NamedTuple):
@@ -65,8 +66,7 @@ def examine(
     found = list(_equal_images(images, patterns))
     errors, factors = np.zeros(2), np.ones(2)
     codes = read_coding(patterns, monitor.monitor_px)
-    levels = white, black
-    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
+    sample = sampled(images, patterns, codes, monitor, decoded.noise, (white, black))
     found += _levels(sample, white, black)
     if sample is not None:
         found += code_diagnostics(sample)
@@ -81,7 +81,7 @@ def examine(
                 if not errors[code.axis]:
                     found += motion_after_code(sample, axis, decoded.blur_px)
     found += _exclusion_diagnostics(decoded, codes)
-    found = sorted(found, key=lambda diagnostic: not diagnostic.invalidates)
+    found.sort(key=lambda diagnostic: not diagnostic.invalidates)
     return Examined(found, errors, factors)
 
 
@@ -114,20 +114,16 @@ def _equal_images(images, patterns):
             continue
         key = hashlib.blake2b(np.ascontiguousarray(image)).digest()
         other = first.setdefault(key, pattern)
-        if other is not pattern and not _shown_alike(other, pattern):
+        if other is not pattern and not np.array_equal(
+            # Usual monitors display both alike, as bits finer than their pixels.
+            *(pattern_image(each, USUAL_PX) for each in (other, pattern))
+        ):
             yield Diagnostic(
                 "same-image",
                 True,
                 f"{pattern.image}: identical to {other.image}; retake the image or "
                 "correct the file name",
             )
-
-
-def _shown_alike(one, other):
-    """Whether a usual monitor displays both alike, as bits finer than its pixels."""
-    size = 1024, 1024
-    same = pattern_image(one, size) == pattern_image(other, size)
-    return bool(same.all())
 
 
 def _levels(sample, white, black):
@@ -146,8 +142,8 @@ def _levels(sample, white, black):
 
 def _exclusion_diagnostics(decoded, codes):
     """Yield diagnostics of pixels that are excluded for one reason too often."""
-    counts = np.bincount(decoded.status.ravel(), minlength=8)
-    visible = max(counts.sum() - counts[DARK], 1)
+    counts = list(decoded.counts().values())
+    visible = max(sum(counts) - counts[DARK], 1)
     if counts[OUTSIDE] > MAX_OUTSIDE_SHARE * visible:
         axes = " and ".join("xy"[code.axis] for code in codes)
         yield Diagnostic(
@@ -179,8 +175,7 @@ def clipped_at(images, patterns):
     count = sum(int(np.count_nonzero(image[:] == top)) for image in sines)
     if count < MIN_CLIPPED_SHARE * len(sines) * np.prod(sines[0].shape):
         return None
-    images = (image[:] for image in sines)
-    values = np.concatenate([image[image > 0.9 * top] for image in images])
+    values = np.concatenate([i[i > 0.9 * top] for i in (image[:] for image in sines)])
     lower = np.unique(values[values < top])[::-1][:3]
     if len(lower) < 3:
         return None

@@ -394,7 +394,8 @@ def edge_diagnostics(sample, axis, phase, expected, along):
     backwards = bool(np.mean(along < 0) > 0.5)
     mean = np.mean((-np.conj(phase) if backwards else phase) * np.conj(expected))
     turns = np.angle(mean) / (2 * np.pi)
-    steps, bits = f"{names[0]} to {names[-1]}", _of_code(sample, code)
+    of_bits = [sample.names[k] for pair in code.bits for k in pair if k is not None]
+    steps, bits = (f"{own[0]} to {own[-1]}" for own in (names, of_bits))
     alone = any(dark is None for _, dark in code.bits)
     if abs(mean) < (MIN_COHERENCE_WITHOUT_INVERSE if alone else MIN_COHERENCE):
         yield Diagnostic(
@@ -419,9 +420,3 @@ def edge_diagnostics(sample, axis, phase, expected, along):
             f"periods from the Gray code; give offset: {there}, correct step, or "
             "retake all images in one pose",
         )
-
-
-def _of_code(sample, code):
-    """Return the names of the images of a Gray code for messages."""
-    names = [sample.names[k] for pair in code.bits for k in pair if k is not None]
-    return f"{names[0]} to {names[-1]}"

@@ -194,7 +194,7 @@ def mismatch(sample, axis, noise):
         return None
     some = found[:: -(-len(found) // N_PIXELS)].T
     usual = float(np.median(np.abs(wave[tuple(some)])))
-    pixels = _pixels(light, wave, mean, some)
+    pixels = _pixels(light, wave, mean, sample.x, some)
     harmonics = _harmonics(pixels, usual, PIXEL_ORDERS, pixels.at)
     variance = noise.at(pixels.mean).mean() * pixels.spare
     fits = [
@@ -211,7 +211,7 @@ def mismatch(sample, axis, noise):
     periods = np.sqrt(np.mean(pixels.phase_shift(best.k, change) ** 2))
     scatter, windows = None, _windows(one_surface)
     if windows[0].size:
-        windows = _pixels(light, wave, mean, windows)
+        windows = _pixels(light, wave, mean, sample.x, windows)
         x, y = windows.at
         every = _harmonics(windows, usual, WINDOW_ORDERS, [x, y, x * x, x * y, y * y])
         scatter = step_scatter(windows.light, every, noise.at(windows.mean))
@@ -247,7 +247,7 @@ def _on_one_surface(light, wave, lit):
     return np.array(bands).astype(bool)
 
 
-def _pixels(light, wave, mean, where):
+def _pixels(light, wave, mean, columns, where):
     """Return _Pixels at (band, row, column) of bands."""
     n, v, u = where
     rows, width = wave.shape[1:]
@@ -261,9 +261,9 @@ def _pixels(light, wave, mean, where):
         )
         for array in (mean, wave)
     ]
-    x, y = 2 * u / width - 1, 2 * (n * rows + v) / (len(wave) * rows) - 1
+    y = 2 * (n * rows + v) / (len(wave) * rows) - 1
     steps = light[:, n, v, u], mean[n, v, u], wave[n, v, u]
-    return _Pixels(*steps, *slopes, np.array([x, y]))
+    return _Pixels(*steps, *slopes, np.array([columns[n, u], y]))
 
 
 def _harmonics(pixels, usual, large, across):
