@@ -177,9 +177,12 @@ def _grids(image_set, views, options, say):
 
 
 def _stored(view):
-    """The DenseView with its largest arrays in files."""
-    fields = "location", "sigma", "whole"
-    return view._replace(**{name: StoredArray(getattr(view, name)) for name in fields})
+    """The DenseView with its arrays of all pixels in files."""
+    return view._replace(
+        location=StoredArray(view.location),
+        sigma=StoredArray(view.sigma),
+        whole=StoredArray(view.whole),
+    )
 
 
 def _range(numbers):

@@ -48,7 +48,7 @@ def decode_grids(image_set, views, say=None):
             say(f"{number}/{len(views)} {view.label}: {share:.1f} % of the pixels")
         grid = DecodedGrid(view, reason=reason)
         if not reason:
-            arrays = StoredArray(found.location), StoredArray(found.sigma), found.mask
+            arrays = *map(StoredArray, (found.location, found.sigma)), found.mask
             grid = DecodedGrid(view, *arrays, warnings=warnings)
         del found  # memory for the next one
         yield grid
@@ -109,8 +109,8 @@ def read_grid(path, shape):
     """
     with Archive(path, "file of points") as archive:
         unit = "mm" if archive.has("points_mm") else "px"
-    grid = _read(path, None, unit, shape)
-    return grid.location[:], grid.sigma and grid.sigma[:], grid.mask
+    _, location, sigma, mask, *_ = _read(path, None, unit, shape)
+    return location[:], sigma and sigma[:], mask
 
 
 def _read(path, view, unit, shape):

@@ -493,6 +493,8 @@ class ImageStack:
         self.names = [pattern.image for pattern in patterns]
         self.given_codes = read_coding(patterns, monitor_px)
         self.codes = tuple(map(self._completed, self.given_codes))
+        whole = isinstance(images, np.ndarray) and images.flags.c_contiguous
+        self.is_contiguous = whole and not self.made
 
     def _completed(self, code):
         bits = []
@@ -513,6 +515,8 @@ class ImageStack:
 
     def rows(self, first, stop):
         """Return (stack, image row of its first row) with the rows that are needed."""
+        if self.is_contiguous:
+            return self.images, 0
         start, end = (
             max(0, first - WINDOW_RADIUS),
             min(self.shape[0], stop + ROWS_AROUND),

@@ -182,7 +182,8 @@ def decode(
     Parameters
     ----------
     images : np.ndarray or Sequence[np.ndarray]
-        (n, H, W) or n images (H, W), uint8 or uint16. They are read in blocks of rows.
+        (n, H, W) or n images (H, W), uint8 or uint16. A contiguous stack is used
+        without a copy, others are read in blocks of rows.
     patterns : Sequence[Pattern]
         n patterns, what each image shows, in any order: one axis or both, Gray code or
         phases or both, three phase steps or more. Without Gray code, sinusoidal
@@ -270,9 +271,9 @@ def decode(
     averaged = WINDOW_VARIANCE * smooth + NEIGHBOUR_VARIANCE * neighbours
     blurred = blur.px if blur else 0.0
     spread = np.sqrt(noise.at(0)) * max(shared)  # type: ignore[union-attr]
-    of_pixels = averaged, blurred, spread
-    bias = squared_bias(images, stack.given_codes, *of_pixels, ripples, plan.orders)
-    rest = [[response.remaining or 0.0] for response in responses]
+    bias = squared_bias(
+        images, stack.given_codes, averaged, blurred, spread, ripples, plan.orders
+    )
     settings = DecoderSettings(
         plan=plan,
         smooth=smooth,
@@ -280,7 +281,9 @@ def decode(
         saturated=stack.dtype.type(limit),
         variance=tuple(map(np.float32, noise)),  # type: ignore[arg-type]
         ripples=ripples_of(ripples, stack.shape),
-        bias=bias + np.array(rest, np.float32)[..., None] ** 2,
+        # With the rest of the response's ripple.
+        bias=bias
+        + np.array([[[one.remaining or 0.0]] for one in responses], np.float32) ** 2,
     )
     shape, kinds = (len(stack.codes), *stack.shape), (np.float32, np.float32, np.int16)
     out = *(np.empty(shape, kind) for kind in kinds), np.empty(stack.shape, np.uint8)

@@ -40,14 +40,13 @@ def without_isolated_pixels(decoded):
     are changed, since copies would fill the memory.
     """
     mask = decoded.mask.astype(np.uint8)
-    count = np.count_nonzero(mask)
     labels, stats = cv2.connectedComponentsWithStats(mask, connectivity=8)[1:3]
     small = stats[:, cv2.CC_STAT_AREA] < MIN_PATCH_PIXELS
     small[0] = False
     isolated = small[labels]
     del labels
     isolated &= _faint(decoded.sigma, mask > 0)
-    isolated_share = np.count_nonzero(isolated) / max(count, 1)
+    isolated_share = np.count_nonzero(isolated) / max(np.count_nonzero(mask), 1)
     if isolated_share < MIN_ISOLATED_SHARE:
         return decoded, 0.0
     mask[isolated] = 0
