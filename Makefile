@@ -52,11 +52,8 @@ recorded: setup ## writes down the test of each claim, data/published/recorded.y
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)
 
-times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
-	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT)
-
 costs: setup ## keep the measured costs of the built report, from which jobs are planned: lib/repro/workflow/costs.csv
-	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT) --keep
+	@$(RUN) .venv/bin/python -m repro.workflow.kept_costs --effort $(EFFORT) $(if $(SCALE),--scale $(SCALE))
 
 compare: setup ## what moved since the accepted build, in SD over the trials; a changed verdict fails (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m repro.judge.reference compare --effort $(EFFORT)
@@ -108,7 +105,7 @@ IDS = $(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS))
 $(eval $(subst :,\:,$(IDS)):;@:)
 endif
 
-where: setup ## where something is made, as file:line: make where table_3_4 (any figure, claim, number, page, and what prose quotes)
+where: setup ## where something is made, as file:line: make where table_3_4 (any figure, claim, number, page)
 	@$(RUN) .venv/bin/python -m repro.run.where $(foreach id,$(IDS),'$(id)')
 
 serve: ## show the report on a local port (PORT=8000; EFFORT=quick for the quick one)

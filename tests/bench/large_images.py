@@ -4,8 +4,7 @@ Three poses of a monitor (26 images each, as of `raxel patterns`) are drawn, dec
 calibrated, and a chessboard is detected. Of each command, in its own process: processor
 seconds, peak MB (`ru_maxrss`: all resident pages, also of mapped files), wall seconds,
 and the median error against the formulas: of decoded positions and corners in px of the
-monitor, of rays in px of the image. Then a line through the memory of all sizes but the
-largest predicts that. `--keep` writes lib/repro/workflow/image_costs.csv.
+monitor, of rays in px of the image. `--keep` writes lib/repro/workflow/image_costs.csv.
 """
 
 import os
@@ -24,6 +23,7 @@ from raxel.geometry import nearest_rotation, rotation_from_vector
 from raxel.io import read_json
 from raxel.sets import patterns_of, plan_of_cells
 from raxel.sets.image_files import write_png
+from repro.workflow.scale import IMAGES
 from tests.active_grids import shown
 from tests.drawn_images import Lens
 
@@ -105,14 +105,9 @@ def main(*words):
                 seconds = used.ru_utime + used.ru_stime
                 costs.append((size, step, seconds, used.ru_maxrss * 1024 / 1e6))
                 print(*costs[-1], wall, work.submit(error, step, lens).result())
-    for step in COMMANDS:
-        *known, last = [each[::3] for each in costs if each[1] == step]
-        line = np.polyfit(*np.transpose(known), 1)
-        print(f"{step}: {line} MB: {np.polyval(line, last[0]):.0f} MB, {last} measured")
     if "--keep" in words:
         rows = "".join(f"{a:g},{b},{c:.1f},{d:.0f}\n" for a, b, c, d in costs)
-        path = Path("lib/repro/workflow/image_costs.csv")
-        path.write_text(f"megapixels,step,processor_seconds,peak_mb\n{rows}")
+        IMAGES.write_text(f"megapixels,step,seconds,peak_mb\n{rows}")
 
 
 if __name__ == "__main__":

@@ -269,7 +269,7 @@ def value(name: str, number: float | int | str) -> None:
 
 
 def _maker() -> dict:
-    """Path, line and function of a chapter that call `value`, for `make where`.
+    """Path, line and function of a chapter that call `value`, for the provenance.
 
     ``results``: those that the calling functions hold, or else all that the page has
     opened so far. The path of a cell is empty, and its line is text, which

@@ -1,21 +1,18 @@
 """`make where ID`: the lines behind a figure, table, claim, number, experiment or page.
 
-    python -m repro.run.where table_3_4 s3_2_results:omni.left_out
+    python -m repro.run.where table_3_4
 
 One line for each location, as `file:line`, from the page to the functions of the
-library. Producers are found by their decorators. A name that prose quotes is looked up
-in the built page, which records the line and the results of each name.
+library. Producers are found by their decorators. The site leads from the numbers in its
+text to their code.
 """
 
 from __future__ import annotations
 
 import difflib
-import json
 import re
 import sys
-from collections import deque
 from collections.abc import Iterable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,21 +24,13 @@ from repro.run.rendered import manifest, rig_file
 
 READERS = ("figure", "table", "numbers", "claim")
 MAX_ALGORITHMS = 12
-# Packages of the library, the most relevant first.
-PACKAGES = (
-    ("calibration", "features", "multiview"),
-    ("cameras", "evaluation"),
-    ("lab", "sets", "io"),
-    ("geometry", "show", "report"),
-)
-# Distance in definitions between an experiment and the reader of its result.
-STEPS_OF_RESULT = 3
+ALGORITHMS = ("calibration", "features", "multiview")  # the first packages
 # Endings of names of a ledger number (`repro.page.reader.values`).
 OF_NUMBER = re.compile(r"\.(low|high|text)$")
 
 
 class UnknownId(Exception):
-    """An unknown id, or a name that no built page records."""
+    """An id that no page makes."""
 
 
 class PlaceLine(NamedTuple):
@@ -60,7 +49,6 @@ class Whereabouts:
         self.made = producers(root)
         self.book = load(root)
         self.reach = Reach(root)
-        self.named = cache(self.reach.named)
         self.pages = {page_id(root, path): path for path in page_files(root)}
 
     def lines(self, identifier: str) -> list[PlaceLine]:
@@ -69,16 +57,17 @@ class Whereabouts:
         claims = self._claims_about(identifier)
         mine = self._producers(identifier) or claims
         if not mine:
-            return self._of_quoted(identifier)
+            raise UnknownId(self._unknown(identifier))
         given = [*mine, *(claim for claim in claims if claim not in mine)]
         every = [p for kind in READERS for p in given if p.kind == kind]
         pages = dict.fromkeys(p.page for p in mine)
         experiments = self._experiments(mine)
-        starts = [(p.module, p.function) for p in every]
         return [
             *(PlaceLine("page", f"chapters/{p}/{PAGE_FILE}:1", p) for p in pages),
-            *self._computed(experiments, starts),
-            *(_line(p) for p in every),
+            *dict.fromkeys(map(_line, experiments)),
+            *self._algorithms([*experiments, *every]),
+            *self._sets(experiments),
+            *map(_line, every),
             *self._data([*every, *experiments]),
         ]
 
@@ -124,106 +113,29 @@ class Whereabouts:
 
     # From experiments to the library
 
-    def _computed(
-        self, experiments: Iterable[Producer], readers: Iterable[tuple[str, str]]
-    ) -> list[PlaceLine]:
-        """Experiments, functions of the library, and rendered sets."""
-        found, starts, sets = [], [], {}
-        for between, one in enumerate(experiments):
-            steps = min(between, 1) * STEPS_OF_RESULT
-            starts.append(((one.module, one.function), steps))
-            found.append(_line(one))
-            sets |= dict.fromkeys(_rendered(one))
-        algorithms = dict.fromkeys(
-            [*self._algorithms(starts), *self._algorithms([(r, 0) for r in readers])]
+    def _algorithms(self, makers: Iterable[Producer]) -> list[PlaceLine]:
+        """Functions and classes of the library that chapters name, nearest first."""
+        starts = [(p.module, p.function) for p in makers]
+        called = dict.fromkeys(
+            target
+            for place in self.reach.reached(*starts)
+            if place[0].startswith("chapters.")
+            for target in self.reach.named(place)
+            if target[0].startswith("raxel.") and not target[1].isupper()
         )
-        lines = list(algorithms)[:MAX_ALGORITHMS]
-        left = len(algorithms) - len(lines)
-        if left:
-            lines[-1] = lines[-1]._replace(name=f"{lines[-1].name}, and {left} more")
-        rigs = [PlaceLine("set", f"{rig_file(name)}:1", name) for name in sets]
-        return [*dict.fromkeys(found), *lines, *rigs]
-
-    def _algorithms(
-        self, starts: Sequence[tuple[tuple[str, str], int]]
-    ) -> list[PlaceLine]:
-        """Functions and classes of the library that code of the chapters names.
-
-        In the order of `PACKAGES`, functions before classes, callers of the library
-        before others, nearest first.
-        """
-        found: dict[tuple[str, str], tuple] = {}
-        todo = deque(sorted(starts, key=lambda start: start[1]))
-        seen = set()
-        while todo:
-            place, steps = todo.popleft()
-            if place in seen:
-                continue
-            seen.add(place)
-            for target in self.named(place):
-                if target[0].startswith("chapters."):
-                    todo.append((target, steps + 1))
-                elif target[0].startswith("raxel.") and target not in found:
-                    found[target] = self._rank(target, steps)
-        ranked = sorted((t for t in found if found[t]), key=found.get)
-        return [
+        ranked = sorted(called, key=lambda t: t[0].split(".")[1] not in ALGORITHMS)
+        lines = [
             PlaceLine("algorithm", self._at(*self.reach.place(*t)), t[1])
-            for t in ranked
+            for t in ranked[:MAX_ALGORITHMS]
         ]
+        if len(ranked) > MAX_ALGORITHMS:
+            more = f"{lines[-1].name}, and {len(ranked) - MAX_ALGORITHMS} more"
+            lines[-1] = lines[-1]._replace(name=more)
+        return lines
 
-    def _rank(self, target: tuple[str, str], steps: int) -> tuple:
-        """Sort key of a function or class; empty for a constant and for an error."""
-        path, line = self.reach.place(*target)
-        written = _lines(path)[line - 1].lstrip()
-        if not written.startswith(("def ", "class ")) or target[1].endswith("Error"):
-            return ()
-        folder = target[0].split(".")[1]
-        inside = [number for number, rooms in enumerate(PACKAGES) if folder in rooms]
-        room = (*inside, len(PACKAGES))[0] + 1.5 * written.startswith("class ")
-        uses = any(m.startswith("raxel.") for m, _ in self.named(target))
-        return room, target[1].startswith("_"), not uses, steps
-
-    # Names that prose quotes
-
-    def _of_quoted(self, identifier: str) -> list[PlaceLine]:
-        page, parted, name = identifier.rpartition(":")
-        found, unbuilt = [], []
-        for one in self._pages(page) if parted else self.pages:
-            line = _line_with(self.pages[one], f"`{name}")
-            if line:
-                place = f"chapters/{one}/{PAGE_FILE}:{line}"
-                quoted = PlaceLine("quoted", place, f"{one.rpartition('/')[2]}:{name}")
-                record = self.recorded(one).get(name)
-                found += [quoted, *self._behind(record)] if record else []
-                unbuilt += [] if record else [one]
-        if unbuilt and not found:
-            raise UnknownId(
-                f"{name}: quoted on {', '.join(unbuilt)}, which is not built; run make "
-                "quick (or make report)"
-            )
-        if not found:
-            raise UnknownId(self._unknown(identifier))
-        return found
-
-    def recorded(self, page: str) -> dict[str, dict]:
-        """Name -> where it was made, from the built page (full preferred to quick)."""
-        for effort in ("full", "quick"):
-            built = self.root / f"report/build/{effort}/pages/{page}.ipynb"
-            if built.is_file():
-                content = json.loads(built.read_text("utf-8"))
-                return content["metadata"]["raxel"].get("names", {})
-        return {}
-
-    def _behind(self, record: dict) -> list[PlaceLine]:
-        """The origin of a name: its line, experiments, algorithms and data."""
-        module = self._module(self.root / record["path"])
-        place = f"{record['path']}:{record['line']}"
-        value = PlaceLine("value", place, record["function"])
-        results = set(record["results"])
-        mine = [p for p in self.made if p.kind == "experiment" and p.id in results]
-        experiments = self._experiments(mine)
-        starts = [(module, record["function"].partition(".")[0])]
-        return [value, *self._computed(experiments, starts), *self._data(experiments)]
+    def _sets(self, experiments: Iterable[Producer]) -> list[PlaceLine]:
+        names = dict.fromkeys(name for one in experiments for name in _rendered(one))
+        return [PlaceLine("set", f"{rig_file(name)}:1", name) for name in names]
 
     # Places
 
@@ -245,9 +157,6 @@ class Whereabouts:
     def _at(self, path: Path, line: int) -> str:
         return f"{path.relative_to(self.root).as_posix()}:{line}"
 
-    def _module(self, path: Path) -> str:
-        return ".".join(path.relative_to(self.root).with_suffix("").parts)
-
     def _unknown(self, identifier: str) -> str:
         book = self.book
         printed = {*book.artefacts, *book.claims, *book.numbers}
@@ -268,17 +177,6 @@ def _rendered(one: Producer) -> list[str]:
 def _line(one: Producer) -> PlaceLine:
     name = one.id if one.id == one.function else f"{one.id} {one.function}"
     return PlaceLine(one.kind, f"chapters/{one.path}:{one.line}", name)
-
-
-@cache
-def _lines(path: Path) -> list[str]:
-    return path.read_text("utf-8").splitlines()
-
-
-def _line_with(path: Path, quoted: str) -> int:
-    """Number of the first line that quotes a whole name; 0 without one."""
-    whole = re.compile(re.escape(quoted) + "[:`]")
-    return next((n for n, li in enumerate(_lines(path), 1) if whole.search(li)), 0)
 
 
 def shown(lines: Sequence[PlaceLine]) -> str:

@@ -30,6 +30,8 @@ from repro.site.provenance import experiment_page, quoted_page
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
+from repro.workflow import scale
+from repro.workflow.plan import SCALED_S
 
 DOWNLOADS_BY = (
     first_cell.__file__,
@@ -178,6 +180,7 @@ def _filled(
     )
     templates.filters["median"] = lambda values: median(list(values))
     templates.filters["literal"] = literal
+    templates.filters["totals"] = lambda rows: map(sum, zip(*rows, strict=True))
     counts = headline(board)
     known = {
         "effort": effort,
@@ -194,6 +197,15 @@ def _filled(
     filled["your_photographs.md"] = guide + templates.get_template(
         "sets.md.jinja"
     ).render(known)
+    filled["scale.md"] = templates.get_template("scale.md.jinja").render(
+        titles={chapter.folder: chapter.title for chapter in chapters},
+        scales=scale.SCALES,
+        plans=scale.plans(root),
+        longest_s=SCALED_S,
+        parts=scale.parts(root),
+        checks=scale.checks(root),
+        images=scale.images(),
+    )
     for chapter in chapters:
         filled[f"{chapter.folder}/index.md"] = templates.get_template(
             "chapter.md.jinja"

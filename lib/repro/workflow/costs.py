@@ -23,16 +23,14 @@ class Cost(NamedTuple):
     pairs: int = 1
 
 
-def costs(root: Path, effort: str) -> dict[str, Cost]:
-    """Return task -> stored cost; an experiment is ``experiment/ID``."""
-    if not (root / TABLE).is_file():
-        return {}
-    with (root / TABLE).open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["effort"] == effort]
-    return {
-        row["task"]: Cost(
-            float(row["seconds"]), float(row["peak_mb"]),
-            int(row["trials"]), int(row["pairs"]),
-        )
-        for row in rows
-    }  # fmt: skip
+def costs(root: Path) -> dict[str, dict[str, Cost]]:
+    """Return name of the build's size -> task -> cost; the experiment ID is
+    ``experiment/ID``."""
+    found: dict[str, dict[str, Cost]] = {}
+    if (root / TABLE).is_file():
+        with (root / TABLE).open(encoding="utf-8", newline="") as file:
+            for effort, task, *numbers in list(csv.reader(file))[1:]:
+                seconds, peak_mb, trials, pairs = numbers
+                cost = Cost(float(seconds), float(peak_mb), int(trials), int(pairs))
+                found.setdefault(effort, {})[task] = cost
+    return found

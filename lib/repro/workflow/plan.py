@@ -4,7 +4,7 @@ A task makes one product: a rendered set, a result, a figure, a page. Its key co
 code that it reaches and the files that it reads, so it is repeated exactly when one of
 them changes, or a product of another task that it needs.
 
-A job is one process with tasks of one stage. Starting it costs about three seconds, so
+A job is one process with tasks of one stage. Starting it costs about two seconds, so
 short tasks share a job, and long experiments are divided into several, according to
 their measured costs (`repro.workflow.costs`).
 """
@@ -30,7 +30,7 @@ from repro.run.discover import Producer
 from repro.run.reach import Place, Reach
 from repro.run.rendered import FOLDER as RENDERED
 from repro.run.results import hash_of
-from repro.workflow.costs import Cost, costs
+from repro.workflow.costs import TABLE, Cost, costs
 from repro.workflow.image_sets import ImageSets, image_sets
 from repro.workflow.rendering import RenderedSets
 
@@ -47,6 +47,8 @@ GATHERING_S = 1.0
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 """What a job may need of the measured peak and processor time, on other machines."""
 UNMEASURED_MB = 2000.0
+STARTING_S = 2.1
+"""Processor seconds that a job needs to start."""
 STARTING_MB = 300
 """Memory of Snakemake, which starts a job on a node of a cluster."""
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
@@ -55,6 +57,7 @@ VIEWER = (
     "lib/raxel/show/page.js",
     "lib/repro/page/templates/film.html.jinja",
 )
+COSTS = (TABLE.as_posix(), "lib/repro/workflow/image_costs.csv")
 SITE_CODE = ("assemble", "codes", "library", "sphinx", "check")
 
 
@@ -397,7 +400,7 @@ class BuildPlan:
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
         single = ["data/recorded/README.md", "data/published/errata.md", "CITATION.cff"]
-        single += ["README.md", "REPRODUCED.md", "environment.txt"]
+        single += ["README.md", "REPRODUCED.md", "environment.txt", *COSTS]
         return [*single, *self.ledger(), *self.templates("page", "site")] + sorted(
             path.relative_to(self.root).as_posix()
             for path in shown
@@ -432,7 +435,7 @@ class BuildPlan:
     @cached_property
     def costs(self) -> dict[str, Cost]:
         """Measured costs of the tasks by their names."""
-        return costs(self.root, self.size.effort)
+        return costs(self.root).get(self.size.effort, {})
 
     @cached_property
     def final(self) -> list[str]:

@@ -1,18 +1,14 @@
 """`make where`: from an id to the files and lines behind it."""
 
 import re
-import shutil
 import subprocess
 from functools import cache
 
 import pytest
 
-from repro.page import reader
 from repro.run import where
 from repro.run.discover import producers
-from tests import made_results
-from tests.sample_files import write
-from tests.small_checkouts import ROOT, run, write_page
+from tests.small_checkouts import ROOT
 
 MADE = producers(ROOT)
 
@@ -59,63 +55,6 @@ def test_experiments_lead_to_algorithms():
     assert atlas().lines(page) == atlas().lines(page.partition("/")[2])
 
 
-PAGE = """
-def inner(condition, rng):
-    return {}
-
-
-@experiment("plain", artefact="ext_a")
-def plain(effort):
-    return Plan(inner, [{}], 1)
-"""
-
-
-@pytest.fixture
-def checkout(tmp_path):
-    shutil.copytree(ROOT / "data/published", tmp_path / "data/published")
-    write(tmp_path / "chapters/ch02_x/s1_a/page.py", PAGE)
-    return tmp_path
-
-
-QUOTING = """# %% [markdown]
-# # T {glue:text}`count:.0f` {glue:text}`early`
-
-# %%
-from repro.page.reader import open_results, value
-def name_values(result):
-    value("count", len(result.conditions))
-
-# %% tags=["active-ipynb"]
-# name_values(open_results("plain"))
-
-# %% tags=["active-ipynb"]
-# value("early", 3)
-"""
-
-
-def test_quoted_name_leads_to_its_line(checkout, monkeypatch):
-    page = write_page(checkout, QUOTING)
-    name = "/".join(page.relative_to(checkout / "chapters").parts[:2])
-    short = name.partition("/")[2]
-    monkeypatch.chdir(checkout)
-    with pytest.raises(where.UnknownId, match="not built"):
-        where.Whereabouts(checkout).lines("count")
-    made = made_results.of_columns(({}, {"x": [1.0]}))
-    for effort in ("quick", "full"):
-        results = checkout / f"figures/{effort}/results"
-        results.mkdir(parents=True)
-        shutil.copy(made.path, results / "plain.json")
-    reader._opened.clear()
-    run(page, checkout / f"report/build/quick/pages/{name}.ipynb")
-    found = where.Whereabouts(checkout).lines(f"{short}:count")
-    assert [n.word for n in found[:3]] == ["quoted", "value", "experiment"]
-    assert source_line(checkout, found[1]) == QUOTING.splitlines()[6]
-    assert found[2].name == "plain"
-    assert found[-1].place == "figures/full/results/plain.json:1"
-    value = where.Whereabouts(checkout).lines("early")[1]
-    assert source_line(checkout, value) == '# value("early", 3)'
-
-
 def test_unknown_id_is_one_line_with_suggestion(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     assert where.main(["table_3_44"]) == 1
@@ -142,8 +81,8 @@ def test_listing_in_contributing_matches_output():
 
 def test_make_where_does_not_build_ids():
     done = subprocess.run(
-        ["make", "--dry-run", "where", "table_3_4", "s3_2_results:omni.left_out"],
+        ["make", "--dry-run", "where", "table_3_4", "s3_2_results"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert "repro.run.where 'table_3_4' 's3_2_results:omni.left_out'" in done.stdout
+    assert "repro.run.where 'table_3_4' 's3_2_results'" in done.stdout
     assert not done.stderr

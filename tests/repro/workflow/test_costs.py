@@ -1,13 +1,15 @@
-"""Costs of a build: stored for the plan, and shown as a table by `make times`."""
+"""Costs of a build: stored for the plan, and the model of larger builds."""
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from repro.run.discover import Producer
 from repro.run.results import write_json
-from repro.workflow import costs, times
+from repro.workflow import costs, kept_costs, scale
 from repro.workflow.costs import Cost
+from tests.small_checkouts import ROOT
 
 
 @pytest.fixture
@@ -39,20 +41,21 @@ def plan(tmp_path):
 
 
 def test_costs_of_build_are_stored_per_effort(plan):
-    found = times.measured(plan.root, plan)
+    found = kept_costs.measured(plan)
     assert found["experiment/sweep"] == Cost(3.5, 103.0, 5, 10)
     assert "figure/not made" not in found
     (plan.root / costs.TABLE).parent.mkdir(parents=True)
-    times.keep(plan.root, "full", {"site": Cost(1.0, 2.0)})
-    times.keep(plan.root, "quick", found)
-    assert costs.costs(plan.root, "quick") == found
-    assert costs.costs(plan.root, "full") == {"site": Cost(1.0, 2.0)}
+    kept_costs.keep(plan.root, "full", {"site": Cost(1.0, 2.0)})
+    kept_costs.keep(plan.root, "quick", found)
+    assert costs.costs(plan.root) == {"quick": found, "full": {"site": Cost(1.0, 2.0)}}
 
 
-def test_times_sum_costs_by_page(plan):
-    rows = times.rows_of(plan, times.measured(plan.root, plan))
-    assert rows == [
-        ("c/s", 3.5, 8.0, 16.0, 27.5, 105.0),
-        ("image sets", 64.0, 0.0, 0.0, 64.0, 100.0),
-        ("site", 0.0, 0.0, 32.0, 32.0, 106.0),
-    ]
+def test_model_multiplies_repeated_trials_only():
+    once, ten, hundred = np.transpose([part.hours for part in scale.parts(ROOT)])
+    names = [part.name for part in scale.parts(ROOT)]
+    fixed = [names.index(name) for name in (scale.SETS, scale.REST)]
+    assert (once[fixed] == hundred[fixed]).all()
+    chapter = names.index("ch05_flexible_mirror")
+    repeated = (ten - once)[chapter] / 9
+    assert 0.5 * once[chapter] < repeated < once[chapter]
+    assert hundred[chapter] == pytest.approx(once[chapter] + 99 * repeated, 1e-3)
