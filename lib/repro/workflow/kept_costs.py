@@ -1,4 +1,4 @@
-"""Store the processor time and memory of a finished build, from which others are planned.
+"""Store the costs of a finished build, from which other builds are planned.
 
     python -m repro.workflow.kept_costs --effort full    # make costs
 

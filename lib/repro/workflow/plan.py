@@ -37,9 +37,9 @@ from repro.workflow.rendering import RenderedSets
 STAGES = ("sets", "experiments", "results", "pages", "notebooks", "report")
 """Stages of a build, in the order of their needs."""
 COMPUTING = ("sets", "experiments")
-SHORT_S = 15.0
+SHORT_S = 25.0
 """Processor seconds up to which tasks that only read results share a job."""
-LONG_S = {"quick": 15.0, "full": 60.0}
+LONG_S = {"quick": 25.0, "full": 60.0}
 """The same of sets and experiments. A longer experiment is divided into such parts."""
 SCALED_S = 300.0
 """The same with more trials than planned: on a cluster a job waits for a node."""

@@ -1,8 +1,8 @@
 """The cost model: processor time and memory against trials and against image size.
 
 An experiment with repeated trials takes time in proportion to them; everything else is
-fixed. A job starts in `STARTING_S`. The stored costs of a full build (`make costs`) give
-the factors. Costs of image sizes are from `tests/bench/large_images.py`.
+fixed. A job starts in `STARTING_S`. The factors are the stored costs of a full build
+(`make costs`). Costs of image sizes are from `tests/bench/large_images.py`.
 """
 
 from __future__ import annotations
