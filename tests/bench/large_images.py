@@ -2,14 +2,13 @@
 
 Three poses of a monitor (26 images each, as of `raxel patterns`) are drawn, decoded and
 calibrated, and a chessboard is detected. Of each command, in its own process: processor
-seconds, peak MB (`ru_maxrss`: all resident pages, also of mapped files), wall seconds,
-and the median error against the formulas: of decoded positions and corners in px of the
-monitor, of rays in px of the image. `--keep` writes lib/repro/workflow/image_costs.csv.
+seconds, peak MB (`ru_maxrss`: all resident pages, also of mapped files), and the median
+error against the formulas: of decoded positions and corners in px of the monitor, of
+rays in px of the image. `--keep` writes lib/repro/workflow/image_costs.csv.
 """
 
 import os
 import sys
-import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import chdir
 from pathlib import Path
@@ -98,13 +97,11 @@ def main(*words):
             work.submit(make, lens).result()
             for step in [*COMMANDS][: 4 if size <= MAX_TABLE else 3]:
                 call = [sys.executable, "-m", "raxel", *COMMANDS[step].split(), "-q"]
-                begin = time.perf_counter()
                 _, status, used = os.wait4(os.posix_spawn(call[0], call, os.environ), 0)
-                wall = time.perf_counter() - begin
                 assert not status, call
                 seconds = used.ru_utime + used.ru_stime
                 costs.append((size, step, seconds, used.ru_maxrss * 1024 / 1e6))
-                print(*costs[-1], wall, work.submit(error, step, lens).result())
+                print(*costs[-1], work.submit(error, step, lens).result())
     if "--keep" in words:
         rows = "".join(f"{a:g},{b},{c:.1f},{d:.0f}\n" for a, b, c, d in costs)
         IMAGES.write_text(f"megapixels,step,seconds,peak_mb\n{rows}")

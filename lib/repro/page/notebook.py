@@ -185,11 +185,10 @@ def _line_of(text: str, path: Path) -> int:
 def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
     """Keep only reproducible outputs, and insert values into the prose.
 
-    Returns the value of each name and where it was made: path, line, function, and
-    available results.
-    Standard error goes to the log. A `{glue:text}` role in a markdown cell is replaced
-    by the value, so that the notebook reads like the page. A cell that only names
-    values, or a display cell without output, is omitted from the page.
+    Returns the value of each name and where it was made: path, function, and available
+    results. Standard error goes to the log. A `{glue:text}` role in a markdown cell is
+    replaced by the value, so that the notebook reads like the page. A cell that only
+    names values, or a display cell without output, is omitted from the page.
     """
     notebook.metadata = NotebookNode(_metadata())
     glued: dict[str, object] = {}
@@ -214,7 +213,7 @@ def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
 
 
 def _made_by(cell: NotebookNode, path: Path) -> dict[str, dict]:
-    """Values of the names of a cell and where they were made, lines as on the page."""
+    """Values of the names of a cell and where they were made."""
     glued = [o.metadata["scrapbook"] for o in cell.outputs if _glue_name(o)]
     names = {
         one["name"]: {**one["made"], "value": one["value"]}
@@ -224,7 +223,6 @@ def _made_by(cell: NotebookNode, path: Path) -> dict[str, dict]:
     for made in names.values():
         if not made["path"]:
             made["path"] = "/".join(("chapters", *path.parts[-3:]))
-            made["line"] = _line_of(made["line"], path)
     return names
 
 

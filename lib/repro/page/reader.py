@@ -12,7 +12,6 @@ import csv
 import importlib
 import inspect
 import json
-import linecache
 import math
 import os
 import re
@@ -269,11 +268,10 @@ def value(name: str, number: float | int | str) -> None:
 
 
 def _maker() -> dict:
-    """Path, line and function of a chapter that call `value`, for the provenance.
+    """Path and function of a chapter that call `value`, for the provenance.
 
     ``results``: those that the calling functions hold, or else all that the page has
-    opened so far. The path of a cell is empty, and its line is text, which
-    `repro.page.notebook.settle` finds on the page.
+    opened so far. The path of a cell is empty.
     """
     chapters = f"{checkout() / 'chapters'}{os.sep}"
     frame, made, results = sys._getframe(2), {}, []
@@ -283,10 +281,8 @@ def _maker() -> dict:
         if in_cell or code.co_filename.startswith(chapters):
             path = Path() if in_cell else Path(code.co_filename).relative_to(checkout())
             function = code.co_name.strip("<>")
-            line = linecache.getline(code.co_filename, frame.f_lineno)
             made = made or {
                 "path": "" if in_cell else path.as_posix(),
-                "line": line.strip() if in_cell else frame.f_lineno,
                 "function": function,
             }
             if function == "module":

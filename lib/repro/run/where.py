@@ -20,7 +20,7 @@ from raxel.errors import InputError
 from repro.judge.ledger import load
 from repro.run.discover import PAGE_FILE, Producer, page_files, page_id, producers
 from repro.run.reach import Reach
-from repro.run.rendered import manifest, rig_file
+from repro.run.rendered import rig_file
 
 READERS = ("figure", "table", "numbers", "claim")
 MAX_ALGORITHMS = 12
@@ -68,7 +68,6 @@ class Whereabouts:
             *self._algorithms([*experiments, *every]),
             *self._sets(experiments),
             *map(_line, every),
-            *self._data([*every, *experiments]),
         ]
 
     # Producers of an id
@@ -136,23 +135,6 @@ class Whereabouts:
     def _sets(self, experiments: Iterable[Producer]) -> list[PlaceLine]:
         names = dict.fromkeys(name for one in experiments for name in _rendered(one))
         return [PlaceLine("set", f"{rig_file(name)}:1", name) for name in names]
-
-    # Places
-
-    def _data(self, made: Iterable[Producer]) -> list[PlaceLine]:
-        """Files of these in the full build."""
-        base = self.root / "figures" / "full"
-        names: list[Path] = []
-        for one in made:
-            folder = base / "results" if one.kind == "experiment" else base
-            if one.kind in ("figure", "table", "experiment"):
-                names += sorted(folder.glob(f"{one.id}.*"))
-            names += [self.root / manifest(name) for name in _rendered(one)]
-        return [
-            PlaceLine("data", self._at(path, 1), "")
-            for path in dict.fromkeys(names)
-            if path.is_file() and not path.name.endswith(".run.json")
-        ]
 
     def _at(self, path: Path, line: int) -> str:
         return f"{path.relative_to(self.root).as_posix()}:{line}"

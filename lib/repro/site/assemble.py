@@ -12,19 +12,17 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from statistics import median
 
-from repro.judge.kept import Kept
 from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
 from repro.page.wording import literal
-from repro.site import artefacts, first_cell, notebooks, numbered, source_pages
+from repro.site import artefacts, numbered
 from repro.site.chapters import Chapter, chapters_of, documents, source_of, title_of
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.library import library_pages
-from repro.site.mirror import Content, files_below, made, mirror
+from repro.site.mirror import Content, files_below, mirror
 from repro.site.notebooks import workable
 from repro.site.provenance import experiment_page, quoted_page
 from repro.site.scoreboard import written_before
@@ -33,13 +31,6 @@ from repro.site.start import Quotable
 from repro.workflow import scale
 from repro.workflow.plan import SCALED_S
 
-DOWNLOADS_BY = (
-    first_cell.__file__,
-    notebooks.__file__,
-    source_pages.__file__,
-    source_pages.TEMPLATES / "source.html.jinja",
-)
-"""Code that makes notebooks and pages of code."""
 DOCUMENTS = ("README.md", "REPRODUCED.md", "environment.txt")
 SHOWN = (".svg", ".png", ".csv", ".html")
 
@@ -132,29 +123,25 @@ def _extra(
                 experiments[path.stem], path
             )
     by_id = {row["id"]: row for row in board}
-    known = Kept(root, "downloads", DOWNLOADS_BY)
     for path in pages:
         name = f"{path.parent.name}/{path.name}"
         kept[f"provenance/{name.removesuffix('.ipynb')}.html"] = quoted_page(
             root, path, by_id
         )
-        kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
+        kept[f"notebooks/{name}"] = workable(root / path)
         kept[f"source/{source_of(path)}"] = root / "chapters" / source_of(path)
-    kept |= _code(root, known)
-    known.keep()
+    kept |= _code(root)
     return kept
 
 
-def _code(root: Path, known: Kept) -> dict[str, Content]:
+def _code(root: Path) -> dict[str, Content]:
     """The code of the chapters and of the library, as pages with anchors."""
     chapters, library = root / "chapters", root / "lib"
     files = {p: p.relative_to(chapters) for p in chapters.glob("*/**/*.py")}
     files |= {p: p.relative_to(library) for p in library.glob("raxel/**/*.py")}
     return {
-        f"source/{name.as_posix()}.html": made(
-            known,
-            path,
-            partial(source_page, path, name.as_posix(), "../" * len(name.parts)),
+        f"source/{name.as_posix()}.html": source_page(
+            path, name.as_posix(), "../" * len(name.parts)
         )
         for path, name in sorted(files.items())
     }

@@ -3,24 +3,12 @@
 from __future__ import annotations
 
 import filecmp
-import hashlib
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
-from repro.judge.kept import Kept
 from repro.run.results import write_atomic
 
-
-class Made(NamedTuple):
-    """A text identified by its SHA-256, made only if it is not there yet."""
-
-    sha256: str
-    text: Callable[[], str]
-
-
-Content = Path | str | Made
+Content = Path | str
 
 
 def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
@@ -33,7 +21,8 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
     touched = []
     for name, content in wanted.items():
         if not _equal(folder / name, content):
-            write_atomic(folder / name, _whole(content))
+            text = content.read_bytes() if isinstance(content, Path) else content
+            write_atomic(folder / name, text)
             touched.append(name)
     for path in sorted(folder.rglob("*"), reverse=True):
         name = path.relative_to(folder).as_posix()
@@ -46,28 +35,9 @@ def mirror(wanted: Mapping[str, Content], folder: Path) -> list[str]:
     return touched
 
 
-def made(kept: Kept, path: Path, text: Callable[[], str]) -> Made:
-    """Return the output of ``text`` for a file, which is repeated when the file
-    changes."""
-    text = cache(text)
-    return Made(kept.of(path, lambda own: (_hash(text().encode()), [own])), text)
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
-
-
-def _whole(content: Content) -> bytes | str:
-    if isinstance(content, Path):
-        return content.read_bytes()
-    return content.text() if isinstance(content, Made) else content
-
-
 def _equal(path: Path, content: Content) -> bool:
     if not path.is_file():
         return False
-    if isinstance(content, Made):
-        return _hash(path.read_bytes()) == content.sha256
     if isinstance(content, Path):
         return filecmp.cmp(path, content, shallow=False)
     return path.read_bytes() == content.encode()

@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 from collections import defaultdict
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,42 +22,14 @@ IMAGES = Path(__file__).with_name("image_costs.csv")
 SETS, REST, STARTS = "image sets", "figures, pages and site", "starts of the jobs"
 
 
-class Part(NamedTuple):
-    """Processor hours of a part of the report at each of `SCALES`, and peak MB."""
-
-    name: str
-    hours: list[float]
-    peak_mb: float
-
-
-class Check(NamedTuple):
-    """An experiment that ran with more trials: seconds predicted and measured."""
-
-    experiment: str
-    scale: int
-    predicted: float
-    measured: float
-    peak_mb: float
-
-
-class ImageCost(NamedTuple):
-    """A step of `raxel` on images of one size; predicted: MB, of the largest size."""
-
-    step: str
-    megapixels: float
-    seconds: float
-    peak_mb: float
-    predicted_mb: float | None
-
-
 def plans(root: Path) -> list[BuildPlan]:
     """Return the plans of a full build at each of `SCALES`."""
     sizes = [Size("full", None, scale) for scale in SCALES]
     return [planned(root, size, "", "report", "open") for size in sizes]
 
 
-def parts(root: Path) -> list[Part]:
-    """Return the model of the chapters, the rest, and the starts of the jobs."""
+def parts(root: Path) -> dict[str, tuple[list[float], float]]:
+    """Return part of the report -> processor hours at each of `SCALES`, peak MB."""
     hours: dict[str, list[float]] = defaultdict(lambda: [0.0] * len(SCALES))
     peaks: dict[str, float] = defaultdict(float)
     for column, plan in enumerate(plans(root)):
@@ -67,7 +38,7 @@ def parts(root: Path) -> list[Part]:
             hours[name][column] += plan.seconds(task) / 3600
             peaks[name] = max(peaks[name], cost.peak_mb if cost else 0.0)
         hours[STARTS][column] = STARTING_S * len(plan.jobs) / 3600
-    return [Part(name, hours[name], peaks[name]) for name in sorted(hours)]
+    return {name: (hours[name], peaks[name]) for name in sorted(hours)}
 
 
 def _part(plan: BuildPlan, task: BuildTask) -> str:
@@ -79,38 +50,34 @@ def _part(plan: BuildPlan, task: BuildTask) -> str:
     return SETS if task.stage in COMPUTING else REST
 
 
-def checks(root: Path) -> list[Check]:
-    """Return the experiments whose costs are stored for a full build with a SCALE."""
-    known, found = costs(root), []
-    for scale in SCALES[1:]:
-        for name, cost in known.get(Size("full", None, scale).name, {}).items():
-            kind, _, experiment = name.partition("/")
-            usual = known["full"].get(name)
-            if kind == "experiment" and usual and cost.trials > usual.trials:
-                predicted = usual.seconds * cost.pairs / usual.pairs
-                found.append(
-                    Check(experiment, scale, predicted, cost.seconds, cost.peak_mb)
-                )
-    return found
+def checks(root: Path) -> list[tuple[str, int, float, float, float]]:
+    """Return the experiments whose costs with more trials are stored.
+
+    Of each: name, multiple of the trials, predicted and measured seconds, peak MB.
+    """
+    known = costs(root)
+    return [
+        (name, scale, known["full"][name].seconds * scale, cost.seconds, cost.peak_mb)
+        for scale in SCALES[1:]
+        for name, cost in known.get(Size("full", None, scale).name, {}).items()
+        if cost.trials == scale * known["full"][name].trials
+    ]
 
 
-def images() -> list[ImageCost]:
-    """Return the measured costs; a line through the others predicts the last MB."""
+def images() -> list[tuple[str, float, float, float, float | None]]:
+    """Return the costs of each step of `raxel` on images of each size.
+
+    Of each: step, megapixels, seconds, peak MB, and for the largest size the MB that a
+    line through the others predicts.
+    """
     with IMAGES.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    found = []
-    for step in dict.fromkeys(row["step"] for row in rows):
-        own = np.array(
-            [
-                [float(row[name]) for name in ("megapixels", "seconds", "peak_mb")]
-                for row in rows
-                if row["step"] == step
-            ]
-        )
-        line = np.polyfit(own[:-1, 0], own[:-1, 2], 1)
-        predicted = [None] * (len(own) - 1) + [float(np.polyval(line, own[-1, 0]))]
-        found += [
-            ImageCost(step, *map(float, row), mb)
-            for row, mb in zip(own, predicted, strict=True)
+        rows = [
+            (row[1], *map(float, (row[0], *row[2:]))) for row in [*csv.reader(file)][1:]
         ]
+    found = []
+    for step in dict.fromkeys(row[0] for row in rows):
+        *others, last = (row for row in rows if row[0] == step)
+        line = np.polyfit([row[1] for row in others], [row[3] for row in others], 1)
+        found += [(*row, None) for row in others]
+        found.append((*last, float(np.polyval(line, last[1]))))
     return found

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
+from raxel.geometry import pixel_cells
 from raxel.geometry.pixel_cells import whole_cells
 from raxel.multiview.views import _add_triangle, plane_scale, remap_to_plane
 
@@ -107,7 +108,7 @@ def test_remap_averages_facets_by_sigma():
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
-def test_whole_cells_are_independent_of_unit(unit):
+def test_whole_cells_are_independent_of_unit_and_blocks(unit, monkeypatch):
     rng = np.random.default_rng(6)
     location = on_plane()
     sigma = rng.uniform(0, 0.3, location.shape)
@@ -116,6 +117,7 @@ def test_whole_cells_are_independent_of_unit(unit):
     )
     cells = whole_cells(location, sigma)
     assert 0.1 < cells.mean() < 0.9
+    monkeypatch.setattr(pixel_cells, "ROWS_PER_BLOCK", pixel_cells.TILE_PX)
     np.testing.assert_array_equal(whole_cells(unit * location, unit * sigma), cells)
 
 

@@ -106,7 +106,7 @@ def test_changed_test_requires_changed_note(checkout, part, output):
 
     replace(checkout, CLAIMS, *NOTES[output])
     (found,) = recorded.faults(checkout)
-    assert found.endswith("`changed` differs; run make recorded")
+    assert found.endswith("not the test of today; run make recorded")
     assert recorded.record(checkout) == []
     assert recorded.faults(checkout) == []
 
@@ -138,8 +138,8 @@ def test_missing_and_superfluous_entries_are_named(checkout):
     recorded.record(checkout)
     replace(checkout, JUDGE, "c1_low", "c1_unjudged")
     assert [line.split(";")[0] for line in recorded.faults(checkout)] == [
-        "recorded.yaml: c1_low: no judge",
-        "recorded.yaml: c1_unjudged: no entry",
+        "recorded.yaml: c1_low: not the test of today",
+        "recorded.yaml: c1_unjudged: not the test of today",
     ]
     assert recorded.record(checkout) == []
     assert list(recorded.recorded(checkout)) == ["c1_unjudged"]

@@ -51,8 +51,9 @@ def test_costs_of_build_are_stored_per_effort(plan):
 
 
 def test_model_multiplies_repeated_trials_only():
-    once, ten, hundred = np.transpose([part.hours for part in scale.parts(ROOT)])
-    names = [part.name for part in scale.parts(ROOT)]
+    parts = scale.parts(ROOT)
+    once, ten, hundred = np.transpose([hours for hours, _ in parts.values()])
+    names = list(parts)
     fixed = [names.index(name) for name in (scale.SETS, scale.REST)]
     assert (once[fixed] == hundred[fixed]).all()
     chapter = names.index("ch05_flexible_mirror")
