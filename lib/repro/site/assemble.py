@@ -29,7 +29,7 @@ from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
 from repro.workflow import scale
-from repro.workflow.plan import SCALED_S
+from repro.workflow.plan import GATHERED_MB, SCALED_S
 
 DOCUMENTS = ("README.md", "REPRODUCED.md", "environment.txt")
 SHOWN = (".svg", ".png", ".csv", ".html")
@@ -189,6 +189,7 @@ def _filled(
         scales=scale.SCALES,
         plans=scale.plans(root),
         longest_s=SCALED_S,
+        gathered_mb=GATHERED_MB,
         parts=scale.parts(root),
         checks=scale.checks(root),
         images=scale.images(),

@@ -44,13 +44,13 @@ LONG_S = {"quick": 25.0, "full": 60.0}
 SCALED_S = 300.0
 """The same with more trials than planned: on a cluster a job waits for a node."""
 GATHERING_S = 1.0
+# Of the largest result, for each multiple of the trials of a full build.
+GATHERED_MB = 20.0
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 """What a job may need of the measured peak and processor time, on other machines."""
 UNMEASURED_MB = 2000.0
-STARTING_S = 2.1
-"""Processor seconds that a job needs to start."""
-STARTING_MB = 300
-"""Memory of Snakemake, which starts a job on a node of a cluster."""
+STARTING_S = 2.1  # processor time of the start of a job
+STARTING_MB = 300  # of Snakemake, which starts a job on a node of a cluster
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
 VIEWER = (
     "lib/raxel/show/page.html",
@@ -514,9 +514,11 @@ class BuildPlan:
         return 5 + math.ceil(TIME_FACTOR * sum(map(self.seconds, job.tasks)) / 60)
 
     def memory_mb(self, job: Job) -> int:
-        """Return the memory that a job reserves."""
+        """Return the memory that a job reserves; only trials are held one by one."""
         known = [self.cost(task) for task in job.tasks]
         peak = max(cost.peak_mb if cost else UNMEASURED_MB for cost in known)
+        if job.stage not in COMPUTING:
+            peak += GATHERED_MB * (self.size.scale - 1)
         return 100 * math.ceil((MEMORY_FACTOR * peak + STARTING_MB) / 100)
 
     def before(self, job: Job) -> list[str]:
