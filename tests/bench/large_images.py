@@ -64,7 +64,8 @@ def make(lens):
             noise = np.random.default_rng(k).standard_normal(on.shape, np.float32)
             image = 20.5 + 1.5 * noise + on * (10 + 170 * value)
             write_png(Path("set", f"pose-{pose}", name), np.uint8(image))
-    board = np.clip(120 + 3000 * np.prod(np.sin(np.pi * at / SQUARE), axis=2), 20, 220)
+    edges = 4 * lens.height * np.prod(np.sin(np.pi * at / SQUARE), axis=2)
+    board = np.clip(120 + edges, 20, 220)  # edges of equal width in px at all sizes
     write_png(Path("board/0.png"), np.uint8(np.where(on, board, 220)))
 
 
