@@ -38,7 +38,8 @@ def parts(root: Path) -> dict[str, tuple[list[float], float]]:
             hours[name][column] += plan.seconds(task) / 3600
             peaks[name] = max(peaks[name], cost.peak_mb if cost else 0.0)
         hours[STARTS][column] = STARTING_S * len(plan.jobs) / 3600
-    return {name: (hours[name], peaks[name]) for name in sorted(hours)}
+    ordered = sorted(hours, key=lambda name: (not name.startswith("ch"), name))
+    return {name: (hours[name], peaks[name]) for name in ordered}
 
 
 def _part(plan: BuildPlan, task: BuildTask) -> str:
