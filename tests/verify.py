@@ -23,6 +23,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from repro.workflow.terminal import say
@@ -129,15 +130,17 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="raxel-verify-") as folder:
         places = [Path(folder, name) for name in ("one", "another path", "killed")]
         one, two, three = map(copy_of_checkout, places)
-        say(f"{target} on one core, interrupted")
-        interrupted(one, target)
-        say(f"{target} on two cores, elsewhere")
-        finished(two, target, 2, **ELSEWHERE)
-        first, second = products(one), products(two)
-        finished(two, SMALLEST, 2)
-        say(f"{SMALLEST}, killed {KILLS} times")
-        kills, after = killed(three), products(three)
-        undisturbed = products(two)
+        with ThreadPoolExecutor(1) as other:  # one core leaves the other idle
+            say(f"{target} on one core, interrupted")
+            slow = other.submit(interrupted, one, target)
+            say(f"{target} on two cores, elsewhere")
+            finished(two, target, 2, **ELSEWHERE)
+            second = products(two)
+            finished(two, SMALLEST, 2)
+            say(f"{SMALLEST}, killed {KILLS} times")
+            kills, after, undisturbed = killed(three), products(three), products(two)
+            slow.result()
+        first = products(one)
     different = [name for name in first | second if first.get(name) != second.get(name)]
     different += [name for name in after if after[name] != undisturbed.get(name)]
     counts = Counter(Path(name).suffix for name in first)
