@@ -35,8 +35,8 @@ READS_VERDICTS = True
 #    eight contributions: {glue:text}`contributions.verdicts`.
 # 3. **Summaries.** Of the {glue:text}`summaries` statements of 6.1 and 6.3:
 #    {glue:text}`summaries.verdicts`.
-# 4. **Calculation, simulation, images.** Reproduced are {glue:text}`analytic` claims
-#    that follow from calculation, {glue:text}`synthetic` on simulated points and
+# 4. **Calculation, simulation, images.** {glue:text}`analytic` claims that follow from
+#    calculation are reproduced, {glue:text}`synthetic` on simulated points and
 #    {glue:text}`rendered` on rendered images.
 
 # %% [markdown]

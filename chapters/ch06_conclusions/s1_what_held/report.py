@@ -39,7 +39,10 @@ def counted(found):
     counts = Counter(one["verdict"] for one in found)
     if counts["quick"]:
         return "no verdicts in a quick build"
-    return ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    return ", ".join(
+        f"{count} {'differ' if verdict == 'differs' and count > 1 else verdict}"
+        for verdict, count in counts.most_common()
+    )
 
 
 def share(claims):
