@@ -76,18 +76,15 @@ class Whereabouts:
         """Producers of an id, of a page, of a rendered set or of a ledger number."""
         pages = self._pages(identifier)
         number = self.book.numbers.get(OF_NUMBER.sub("", identifier), {})
+        of_number = [p for p in self.made if p.id == number.get("artefact")]
         candidates = (
             [p for p in self.made if p.page in pages],
             [p for p in self.made if p.id == identifier],
             [p for p in self.made if identifier in _rendered(p)],
-            self._of_artefact(number.get("artefact")),
+            [p for p in of_number if p.kind == "numbers"],
+            of_number,
         )
         return next((found for found in candidates if found), [])
-
-    def _of_artefact(self, artefact: str | None) -> list[Producer]:
-        """The producer of an artefact's numbers, or else of the artefact."""
-        found = [p for p in self.made if p.id == artefact]
-        return [p for p in found if p.kind == "numbers"] or found
 
     def _pages(self, identifier: str) -> list[str]:
         """Pages of this id, or of this last part of an id."""

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import median
+from types import MappingProxyType
 
 from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
@@ -28,8 +29,6 @@ from repro.site.provenance import experiment_page, quoted_page
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
-from repro.workflow import scale
-from repro.workflow.plan import GATHERED_MB, SCALED_S
 
 DOCUMENTS = ("README.md", "REPRODUCED.md", "environment.txt")
 SHOWN = (".svg", ".png", ".csv", ".html")
@@ -43,6 +42,7 @@ def assemble(
     rows: Path,
     out: Path,
     records: Sequence[Path] = (),
+    model: Mapping = MappingProxyType({}),
 ) -> list[str]:
     """Bring the site's source at ``out`` up to date; return the files touched.
 
@@ -51,6 +51,7 @@ def assemble(
     pages : executed notebooks, `.../<chapter>/<page>.ipynb`.
     scoreboard, rows : the scoreboard as a page and as JSON.
     records : of the calibrated image sets (`repro.workflow.image_sets`).
+    model : of the costs of larger builds (`repro.workflow.scale`).
     """
     furnisher = Furnisher(root, effort, "")
     held = numbered.by_page(furnisher.made, furnisher.book.artefacts)
@@ -69,7 +70,7 @@ def assemble(
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters], furnisher.book.artefacts
     )
-    wanted |= _filled(root, effort, chapters, board, list(sets.values()))
+    wanted |= _filled(root, effort, chapters, board, list(sets.values()), model)
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= library_pages(root / "lib" / "raxel")
     wanted["_extra/scoreboard.json"] = rows
@@ -153,6 +154,7 @@ def _filled(
     chapters: Sequence[Chapter],
     board: list[dict],
     sets: Sequence[Mapping],
+    model: Mapping,
 ) -> dict[str, str]:
     """The pages from templates; an unknown name in one is an error."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -178,22 +180,17 @@ def _filled(
         "built": {page.name for page in documents(chapters)},
         "table": chapter_table(board, chapters),
         "sets": sets,
+        "model": model,
     }
     guide = (root / "data" / "recorded" / "README.md").read_text("utf-8")
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
     filled["your_photographs.md"] = guide + templates.get_template(
         "sets.md.jinja"
     ).render(known)
-    filled["scale.md"] = templates.get_template("scale.md.jinja").render(
-        titles={chapter.folder: chapter.title for chapter in chapters},
-        scales=scale.SCALES,
-        plans=scale.plans(root),
-        longest_s=SCALED_S,
-        gathered_mb=GATHERED_MB,
-        parts=scale.parts(root),
-        checks=scale.checks(root),
-        images=scale.images(),
-    )
+    if model:
+        filled["scale.md"] = templates.get_template("scale.md.jinja").render(
+            model, titles={chapter.folder: chapter.title for chapter in chapters}
+        )
     for chapter in chapters:
         filled[f"{chapter.folder}/index.md"] = templates.get_template(
             "chapter.md.jinja"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from repro.page.notebook import PageError
@@ -99,9 +99,11 @@ def make_site(
     sets: Sequence[str],
     source: Path,
     out: Path,
+    model: Mapping,
 ) -> None:
     """Assemble the source, build the site, and check it."""
-    assemble(root, effort, pages, scoreboard, rows, source, list(map(Path, sets)))
+    records = list(map(Path, sets))
+    assemble(root, effort, pages, scoreboard, rows, source, records, model)
     build_site(source, out)
     problems = check_site(out)
     if problems:

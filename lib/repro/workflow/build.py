@@ -24,6 +24,7 @@ from pathlib import Path
 from repro.run.jobs import Size
 from repro.workflow.image_sets import sets_in
 from repro.workflow.interruption import stopped_by_signals
+from repro.workflow.photographs import fetch
 from repro.workflow.plan import BuildPlan, planned
 from repro.workflow.records import drop_damaged
 from repro.workflow.terminal import say
@@ -79,7 +80,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     scale = _checked_scale(options.scale, trials)
     where = _where(options.profile, options.cores)
     if options.target in WHOLE:
-        _bring_photographs(root)
+        fetch(root / "data" / "recorded" / "opencv-left")
     planned.cache_clear()  # of an earlier build in the same process
     size = Size(options.effort, trials, scale)
     target = "report" if options.target == "quick" else options.target
@@ -196,12 +197,6 @@ def _where(profile: str, cores: str) -> list[str]:
         f"PROFILE={profile}: no such profile; give {known}, or a folder with a "
         "profile.yaml"
     )
-
-
-def _bring_photographs(root: Path) -> None:
-    from repro.workflow.photographs import fetch
-
-    fetch(root / "data" / "recorded" / "opencv-left")
 
 
 def _unknown(plan: BuildPlan, target: str) -> str:

@@ -41,8 +41,8 @@ SHORT_S = 25.0
 """Processor seconds up to which tasks that only read results share a job."""
 LONG_S = {"quick": 25.0, "full": 60.0}
 """The same of sets and experiments. A longer experiment is divided into such parts."""
+# The same with more trials than planned: on a cluster a job waits for a node.
 SCALED_S = 300.0
-"""The same with more trials than planned: on a cluster a job waits for a node."""
 GATHERING_S = 1.0
 # Of the largest result, for each multiple of the trials of a full build.
 GATHERED_MB = 20.0
@@ -253,7 +253,7 @@ class BuildPlan:
         key = self._scoreboard_key
         yield BuildTask("scoreboard", "pages", make, key, judged, group="scoreboard")
         make = partial(
-            call, "repro.site.sphinx:make_site", self.root, self.size.name, files,
+            call, "repro.workflow.scale:site", self.root, self.size.name, files,
             *board, self.image_sets.results(), Path(self.source), Path(self.size.site),
         )  # fmt: skip
         needs = ("scoreboard", *books, *shown, *sets)
@@ -339,7 +339,10 @@ class BuildPlan:
         return digest([code, self._hashes(files)])
 
     def _site_key(self) -> str:
-        code = self.reach.key(*((f"repro.site.{name}", "*") for name in SITE_CODE))
+        code = self.reach.key(
+            ("repro.workflow.scale", "*"),
+            *((f"repro.site.{name}", "*") for name in SITE_CODE),
+        )
         return digest([code, self._hashes(self.site_sources())])
 
     def _key(self, found: Producer, more: tuple[Place, ...]) -> str:

@@ -14,16 +14,42 @@ from pathlib import Path
 import numpy as np
 
 from repro.run.jobs import Size
+from repro.site.sphinx import make_site
 from repro.workflow.costs import costs
-from repro.workflow.plan import COMPUTING, STARTING_S, BuildPlan, BuildTask, planned
+from repro.workflow.plan import (
+    COMPUTING,
+    GATHERED_MB,
+    SCALED_S,
+    STARTING_S,
+    BuildPlan,
+    BuildTask,
+    planned,
+)
 
 SCALES = (1, 10, 100)
 IMAGES = Path(__file__).with_name("image_costs.csv")
 SETS, REST, STARTS = "image sets", "figures, pages and site", "starts of the jobs"
 
 
-def plans(root: Path) -> list[BuildPlan]:
-    """Return the plans of a full build at each of `SCALES`."""
+def site(root: Path, *given: object) -> None:
+    """Make the site (`repro.site.sphinx`) with the page of the model."""
+    make_site(
+        root,
+        *given,
+        {
+            "scales": SCALES,
+            "jobs": [len(plan.jobs) for plan in _plans(root)],
+            "longest_s": SCALED_S,
+            "gathered_mb": GATHERED_MB,
+            "parts": parts(root),
+            "checks": checks(root),
+            "images": images(),
+        },
+    )
+
+
+def _plans(root: Path) -> list[BuildPlan]:
+    """Plans of a full build at each of `SCALES`."""
     sizes = [Size("full", None, scale) for scale in SCALES]
     return [planned(root, size, "", "report", "open") for size in sizes]
 
@@ -32,7 +58,7 @@ def parts(root: Path) -> dict[str, tuple[list[float], float]]:
     """Return part of the report -> processor hours at each of `SCALES`, peak MB."""
     hours: dict[str, list[float]] = defaultdict(lambda: [0.0] * len(SCALES))
     peaks: dict[str, float] = defaultdict(float)
-    for column, plan in enumerate(plans(root)):
+    for column, plan in enumerate(_plans(root)):
         for task in plan.wanted:
             name, cost = _part(plan, task), plan.cost(task)
             hours[name][column] += plan.seconds(task) / 3600

@@ -115,8 +115,8 @@ def first(checkout) -> tuple[set[str], str]:
 
 
 COSTS = """effort,task,seconds,peak_mb,trials,pairs
-quick,experiment/dice_throws,60,100,4,4
-quick,experiment/dice_again,60,100,4,4
+quick,experiment/dice_throws,100,100,4,4
+quick,experiment/dice_again,100,100,4,4
 """
 
 
@@ -360,7 +360,7 @@ def test_figure_with_scene_has_one_more_file(checkout):
 def test_results_are_independent_of_number_of_jobs(checkout, first):
     result = checkout / "figures/quick/results/dice_throws.json"
     before = result.read_bytes()
-    edit(checkout, "lib/repro/workflow/costs.csv", "dice_throws,60", "dice_throws,90")
+    edit(checkout, "lib/repro/workflow/costs.csv", "dice_throws,100", "dice_throws,150")
     parts = {f"part/dice_throws/{i}-of-3" for i in range(3)}
     tasks, text = made(checkout, "fig_2_3")
     assert tasks == parts, text
