@@ -10,7 +10,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, cached_property
 from io import BytesIO
 from pathlib import Path
 
@@ -183,11 +183,10 @@ class Selection:
     def arrays(self, *path: Part) -> list[np.ndarray]:
         """Return one array per trial; trials without it are omitted."""
         name = _joined(path)
-        with np.load(self._result.path.with_suffix(".npz")) as stored:
-            first = self._result.first_trial
-            trials = range(first, first + self._result.trials_per_condition)
-            keys = [f"{i}/{t}/{name}" for i in self._conditions for t in trials]
-            return [stored[key] for key in keys if key in stored]
+        stored, first = self._result.stored, self._result.first_trial
+        trials = range(first, first + self._result.trials_per_condition)
+        keys = (f"{i}/{t}/{name}" for i in self._conditions for t in trials)
+        return [stored[key] for key in keys if key in stored]
 
     def _rows(self) -> list[dict]:
         return [row for i in self._conditions for row in self._result._values[i]]
@@ -209,6 +208,11 @@ class Result(Selection):
         for record in content["trials"]:
             self._values[record["condition"]].append(record["values"])
         super().__init__(self, dict(enumerate(content["conditions"])))
+
+    @cached_property
+    def stored(self) -> Mapping[str, np.ndarray]:
+        """Return the arrays of all trials; each is read when it is needed."""
+        return np.load(self.path.with_suffix(".npz"))
 
     def column(self, *path: Part | Sequence[Part], **condition: object) -> np.ndarray:
         """Read as `Selection.column`, for the one condition that matches."""

@@ -71,13 +71,15 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     parser.add_argument("--scale", type=int, default=1)
     options = parser.parse_args(argv)
-    root = Path.cwd()
     size = Size(options.effort, None, options.scale)
-    found = measured(planned(root, size, "", "report", "open"))
+    plan = planned(Path.cwd(), size, "", "report", "open")
+    found = measured(plan)
     if not found:
         print(f"make costs: no {size.name} build; make it first", file=sys.stderr)
         return 1
-    keep(root, size.name, found)
+    # Image sets are those of a build without SCALE.
+    own = "" if options.scale == 1 else "experiment/"
+    keep(plan.root, size.name, {n: found[n] for n in found if n.startswith(own)})
     return 0
 
 

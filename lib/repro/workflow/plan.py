@@ -34,20 +34,20 @@ from repro.workflow.costs import TABLE, Cost, costs
 from repro.workflow.image_sets import ImageSets, image_sets
 from repro.workflow.rendering import RenderedSets
 
+# Stages of a build, in the order of their needs.
 STAGES = ("sets", "experiments", "results", "pages", "notebooks", "report")
-"""Stages of a build, in the order of their needs."""
 COMPUTING = ("sets", "experiments")
+# Processor seconds up to which tasks that only read results share a job.
 SHORT_S = 25.0
-"""Processor seconds up to which tasks that only read results share a job."""
+# The same of sets and experiments. A longer experiment is divided into such parts.
 LONG_S = {"quick": 25.0, "full": 60.0}
-"""The same of sets and experiments. A longer experiment is divided into such parts."""
 # The same with more trials than planned: on a cluster a job waits for a node.
 SCALED_S = 300.0
 GATHERING_S = 1.0
 # Of the largest result, for each multiple of the trials of a full build.
 GATHERED_MB = 20.0
+# What a job may need of the measured peak and processor time, on other machines.
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
-"""What a job may need of the measured peak and processor time, on other machines."""
 UNMEASURED_MB = 2000.0
 STARTING_S = 2.1  # processor time of the start of a job
 STARTING_MB = 300  # of Snakemake, which starts a job on a node of a cluster
