@@ -38,9 +38,9 @@ def test_prose_follows_verdicts(monkeypatch):
     assert (
         found.items()
         >= {
-            "claims.verdicts": f"{count - 2} reproduced, 2 differs",
+            "claims.verdicts": f"{count - 2} reproduced, 2 differ",
             "synthetic": f"{count - 2} of {count}",
-            "goals.verdicts": "3 reproduced, 2 differs",
+            "goals.verdicts": "3 reproduced, 2 differ",
             "goal_chessboards": "differs, 1 of 2 claims",
         }.items()
     )
