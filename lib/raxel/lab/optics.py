@@ -6,6 +6,7 @@ half diagonal, as documented.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -375,8 +376,8 @@ MAX_EVEN_STEPS = 64
 REACH_SD, REACH_PX = 6, 3
 # Pixels from which one is resampled, along each axis.
 RESAMPLING_TAPS = 6
-# Weights of blur that are kept for the next image: 270 MB.
-MAX_CACHED_WEIGHTS = 1 << 26
+# Parts of an image that are blurred on their own, with the few levels that each needs.
+BLUR_TILE_PX = 256
 # Steeper curves overflow.
 MIN_RADIUS_STEP = 1e-6
 NO_ABERRATION = (1.0, 1.0, 1.0)
@@ -536,15 +537,19 @@ class Optics:
         height, width = image.shape[:2]
         fine_centre = (self._centre_in(window) + 0.5) * fineness - 0.5
         diagonal = fineness**2 * (window.full_width**2 + window.full_height**2)
-        given = width, height, tuple(fine_centre), diagonal, low, high
-        levels, weights = _levels_and_weights(*given)
-        if len(levels) == 1:
-            return gaussian_blur(image, levels[0])
-        if weights is None:
-            weights = _weights(*_level_variances(*given))
-        blurred = np.zeros_like(image)
-        for level, weight in zip(levels, weights, strict=True):
-            blurred += _over_colours(weight, image) * gaussian_blur(image, level)
+        bend = 4 * (high - low) / diagonal
+        v2, u2 = _squares(width, height, fine_centre)
+        # A pixel's variance is the sum of these, or 0 where a centre is out of the
+        # middle and the sum negative.
+        rows, columns = np.float32(low + bend * v2), np.float32(bend * u2)
+        ends = (max(0.0, float(end(rows) + end(columns))) for end in (np.min, np.max))
+        levels = _levels(*ends)
+        size = max(BLUR_TILE_PX, 4 * _reach(levels[-1]))
+        blurred = np.empty_like(image)
+        for v, u in itertools.product(range(0, height, size), range(0, width, size)):
+            tile = slice(v, v + size), slice(u, u + size)
+            variance = np.add.outer(rows[tile[0]], columns[tile[1]])
+            blurred[tile] = _tile_blurred(image, tile, levels, np.maximum(variance, 0))
         return blurred
 
     def _coloured(self, image, centre):
@@ -562,7 +567,8 @@ class Optics:
 def _light(optics, width, height):
     """Return the share of light (height, width) of each pixel; None: all of it."""
     light = None
-    squared = _squared_radius(width, height, optics.centre(width, height))
+    squares = _squares(width, height, optics.centre(width, height))
+    squared = np.add.outer(*squares).astype(np.float32)
     if optics.exit_pupil_px is not None:
         light = (1 + squared / np.float32(optics.exit_pupil_px**2)) ** -2
     if optics.falloff is not None:
@@ -573,31 +579,32 @@ def _light(optics, width, height):
     return light
 
 
-def _level_variances(width, height, centre, diagonal, low, high):
-    """Variances of uniform blurs, and that of each pixel (height, width), px^2.
+def _tile_blurred(image, tile, levels, variance):
+    """A part of the image, two slices, blurred by the variance of each pixel.
 
-    low, high: variance at the centre (2,) and at half a diagonal from it, px^2;
-    diagonal: its square.
+    Of the levels only those next to these variances are needed.
     """
-    squared = _squared_radius(width, height, centre)
-    share = squared / np.float32(diagonal / 4)
-    # Beyond half a diagonal from a centre that is out of the middle.
-    variance = np.maximum(low + (high - low) * share, 0)
-    return _levels(float(variance.min()), float(variance.max())), variance
+    first, last = np.searchsorted(levels, [variance.min(), variance.max()])
+    levels = levels[max(0, first - 1) : last + 1]
+    reach = _reach(levels[-1])
+    starts = [max(0, part.start - reach) for part in tile]
+    parts = list(zip(starts, tile, strict=True))
+    around = image[tuple(slice(start, part.stop + reach) for start, part in parts)]
+    inside = tuple(
+        slice(part.start - start, part.stop - start) for start, part in parts
+    )
+    blurred = below = gaussian_blur(around, levels[0])[inside]
+    for low, high in itertools.pairwise(levels):
+        above = gaussian_blur(around, high)[inside]
+        share = np.clip((variance - np.float32(low)) / np.float32(high - low), 0, 1)
+        blurred = blurred + _over_colours(share, image) * (above - below)
+        below = above
+    return blurred
 
 
-def _weights(levels, variance):
-    """The weight (height, width) of each level, one after the other."""
-    for hat in np.eye(len(levels)):
-        yield np.interp(variance, levels, hat).astype(np.float32)
-
-
-@lru_cache(maxsize=1)
-def _levels_and_weights(*given):
-    """Return levels of blur and their weights, None where too large for the cache."""
-    levels, variance = _level_variances(*given)
-    few = variance.size * len(levels) <= MAX_CACHED_WEIGHTS
-    return levels, tuple(_weights(levels, variance)) if few else None
+def _reach(variance):
+    """Taps to either side of the discrete Gaussian, px."""
+    return max(REACH_PX, int(np.ceil(REACH_SD * np.sqrt(variance))))
 
 
 def gaussian_blur(image, variance):
@@ -611,7 +618,7 @@ def gaussian_blur(image, variance):
 
     if variance == 0:
         return image
-    reach = max(REACH_PX, int(np.ceil(REACH_SD * np.sqrt(variance))))
+    reach = _reach(variance)
     kernel = ive(np.abs(np.arange(-reach, reach + 1)), variance)
     kernel /= kernel.sum()
     return cv2.sepFilter2D(
@@ -697,10 +704,9 @@ def _over_colours(factor, image):
     return factor.reshape(factor.shape + (1,) * (image.ndim - 2))
 
 
-def _squared_radius(width, height, centre):
-    u = np.arange(width) - centre[0]
-    v = np.arange(height) - centre[1]
-    return np.add.outer(v * v, u * u).astype(np.float32)
+def _squares(width, height, centre):
+    """Squared distances, px^2, of rows (height,) and columns (width,) from a centre."""
+    return (np.arange(height) - centre[1]) ** 2, (np.arange(width) - centre[0]) ** 2
 
 
 def _check_falloff(radii, shares):

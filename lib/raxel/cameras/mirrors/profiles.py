@@ -14,6 +14,7 @@ deflections Bisshopp, Drucker 1945, doi:10.1090/qam/13360.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
@@ -48,18 +49,31 @@ class RunningIntegral:
         pieces[0] += np.concatenate([[0.0], np.cumsum(gains[:-1])])
         large = np.abs(pieces).max(axis=1) > COEFFICIENT_TOL * np.abs(pieces).max()
         self._pieces = pieces[: max(2, np.flatnonzero(large).max(initial=0) + 1)]
-        self._half = half
-        self._ends = np.array([0.0, gains.sum()])
         self._end_slopes = rate(self.breaks[[0, -1]])
 
     def __call__(self, x):
         """Values at x (N,)."""
-        inside = np.clip(x, *self.breaks[[0, -1]])
-        piece = np.searchsorted(self.breaks[1:-1], inside)
-        place = (inside - self.breaks[piece]) / self._half[piece] - 1
-        values = chebyshev.chebval(place, self._pieces[:, piece], tensor=False)
-        first, last = self._end_slopes
-        return values + np.where(x > inside, last, first) * (x - inside)
+        return _running(x, self.breaks, self._pieces, self._end_slopes)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _running(x, breaks, pieces, end_slopes):
+    """Values (N,) of a `RunningIntegral` at x (N,); series by Clenshaw's recurrence."""
+    values = np.empty(len(x))
+    for n in range(len(x)):
+        inside = max(breaks[0], min(breaks[-1], x[n]))
+        piece = 0
+        while piece < len(breaks) - 2 and inside > breaks[piece + 1]:
+            piece += 1
+        half = (breaks[piece + 1] - breaks[piece]) / 2
+        place = (inside - breaks[piece]) / half - 1
+        above, value = 0.0, 0.0
+        for term in range(len(pieces) - 1, 0, -1):
+            above, value = value, pieces[term, piece] + 2 * place * value - above
+        value = pieces[0, piece] + place * value - above
+        beyond = x[n] - inside
+        values[n] = value + end_slopes[int(beyond > 0)] * beyond
+    return values
 
 
 # Gauss-Legendre nodes between two loads, Newton steps, and their tolerance.
