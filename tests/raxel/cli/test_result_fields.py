@@ -106,6 +106,9 @@ def test_central_fields_have_lower_and_upper_bounds():
         "central": True, "p_value": 0.2, "distance": 0.5, "at_least": 0.25,
         "at_most": 0.75, "noise_over_stated": 1.5, "rays": 90,
     }  # fmt: skip
+    # Correlated errors have a small p-value too, but no distance.
+    assert not central_fields(test._replace(p_value=1e-9))["central"]
+    assert central_fields(test._replace(p_value=1e-9, at_least_mm=0.0))["central"]
 
 
 def test_terms_have_standard_deviations():
