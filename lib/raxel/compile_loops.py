@@ -74,10 +74,8 @@ def compile_loops():
     find_board(image)
     patterns = patterns_of(plan_of_cells(MONITOR_PX, cells=4, phase_steps=4))
     shown = [pattern_image(pattern, MONITOR_PX) for pattern in patterns]
-    for depth in (np.uint8, np.uint16):
-        images = np.array(shown, depth)
-        grid = ActiveGrid(MONITOR_PX)
-        decoded = decode(images, patterns, grid, neighbours=True, fill=True)
+    grid = ActiveGrid(MONITOR_PX)
+    decoded = decode(np.array(shown), patterns, grid, neighbours=True, fill=True)
     pixels_of(decoded.location, np.array([[9.0, 9.0]]))
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)

@@ -153,12 +153,12 @@ def strips_of(width):
     return [Strip(starts[k], own, ends[k], ends[k + 1]) for k in range(count)]
 
 
-def empty_rows(axes, dtype):
-    """Return Rows for images of this type."""
+def empty_rows(axes):
+    """Return Rows for so many axes."""
     return Rows(
         np.zeros((axes, RING_ROWS, 3 * FIELD_PITCH), np.float32),
         np.zeros((axes, RING_ROWS, FIELD_PITCH), np.uint16),
-        np.zeros((axes, RING_ROWS, 4 * FIELD_PITCH), dtype),
+        np.zeros((axes, RING_ROWS, 4 * FIELD_PITCH), np.uint16),
         np.zeros((RING_ROWS, 4 * FIELD_PITCH), np.uint8),
         np.zeros((axes, WORK), np.float32),
         np.zeros((axes, 3 * FIELD_PITCH), np.uint8),
@@ -494,7 +494,7 @@ class ImageStack:
         self.given_codes = read_coding(patterns, monitor_px)
         self.codes = tuple(map(self._completed, self.given_codes))
         whole = isinstance(images, np.ndarray) and images.flags.c_contiguous
-        self.is_contiguous = whole and not self.made
+        self.is_contiguous = whole and not self.made and self.dtype == np.uint16
 
     def _completed(self, code):
         bits = []
@@ -514,7 +514,10 @@ class ImageStack:
         return replace(code, bits=tuple(bits))
 
     def rows(self, first, stop):
-        """Return (stack, image row of its first row) with the rows that are needed."""
+        """Return (stack, image row of its first row) with the rows that are needed.
+
+        The stack is uint16 for images of either depth: one depth to compile loops for.
+        """
         if self.is_contiguous:
             return self.images, 0
         start, end = (
@@ -522,7 +525,7 @@ class ImageStack:
             min(self.shape[0], stop + ROWS_AROUND),
         )
         block = np.empty(
-            (len(self.images) + len(self.made), end - start, self.shape[1]), self.dtype
+            (len(self.images) + len(self.made), end - start, self.shape[1]), np.uint16
         )
         for k, image in enumerate(self.images):
             block[k] = image[start:end]

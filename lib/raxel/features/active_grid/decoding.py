@@ -143,14 +143,14 @@ class DecoderSettings:
 
     plan: what the images encode; smooth: whether sines are averaged over windows;
     mark_own: whether sigma is negative where a phase is that of one pixel; saturated:
-    the value, of the images' type, from which a sine counts as clipped; variance:
+    the value from which a sine counts as clipped; variance:
     the Noise, float32; bias: squared, of phases (`bias.squared_bias`).
     """
 
     plan: CodePlan
     smooth: bool
     mark_own: bool
-    saturated: np.unsignedinteger
+    saturated: np.uint16
     variance: tuple[np.float32, ...]
     ripples: Ripples
     bias: np.ndarray
@@ -278,7 +278,7 @@ def decode(
         plan=plan,
         smooth=smooth,
         mark_own=neighbours,
-        saturated=stack.dtype.type(limit),
+        saturated=np.uint16(limit),
         variance=tuple(map(np.float32, noise)),  # type: ignore[arg-type]
         ripples=ripples_of(ripples, stack.shape),
         # With the rest of the response's ripple.
@@ -333,7 +333,7 @@ def _decode_all(stack, settings, pool, out):
 
     def decode_part(first):
         if not hasattr(kept, "rows"):
-            kept.rows = empty_rows(len(stack.codes), stack.dtype)
+            kept.rows = empty_rows(len(stack.codes))
         _decode_part(stack, first, settings, kept.rows, out)
 
     list(pool.map(decode_part, range(0, stack.shape[0], ROWS_PER_TASK)))

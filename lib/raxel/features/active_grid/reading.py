@@ -445,7 +445,7 @@ def read_rows(images, part, strip, plan, white, noise, ripples, rows):
     part: (first, stop, top): rows of the stack; the row before `first` was read before,
     unless `first` is the first one; and the image row where the stack begins. strip:
     Strip; plan: CodePlan; white: the grey level from which a phase step counts as
-    saturated, of the images' type; noise: a Noise in float32; ripples: Ripples; rows:
+    saturated; noise: a Noise in float32; ripples: Ripples; rows:
     Rows.
     """
     first, stop, top = part
