@@ -265,16 +265,16 @@ def test_code_longer_than_monitor_is_decoded():
 
 
 def test_decoder_memory_is_bounded():
-    """24 bytes a pixel, the result included; images of 1.2 Mpx."""
+    """24 bytes a pixel, the result included; images of 3.6 Mpx, larger than its blocks."""
     scene = drawn()
-    images = np.full((20, 1700, 700), 90, np.uint8)
+    images = np.full((20, 5100, 700), 90, np.uint8)
     decode(scene.images, scene.patterns, scene.grid, threads=1)
     tracemalloc.start()
     found = decode(images, scene.patterns, scene.grid, threads=1)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert found.counts()["too little contrast"] == 1_190_000
-    assert peak / 1_190_000 < 24
+    assert found.counts()["too little contrast"] == 3_570_000
+    assert peak / 3_570_000 < 24
 
 
 def test_noise_estimate_ignores_dark_texture():
