@@ -1,4 +1,4 @@
-"""A rendered mirror set, true to its rig; `raxel calibrate`, `evaluate` and `show` of it."""
+"""A rendered mirror set, true to its rig, and what the commands make of it."""
 
 import re
 import shutil
@@ -44,9 +44,7 @@ def folder(rig, tmp_path_factory):
     folder = tmp_path_factory.mktemp("mirror") / "set"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rendered_mirror_sets, "VIEWER_VIEWS", 5)
-        rendered_mirror_sets.write_mirror_set(
-            rig, folder, 3, (0.0, 5.0), holder_mm=3.0
-        )
+        rendered_mirror_sets.write_mirror_set(rig, folder, 3, (0.0, 5.0), holder_mm=3.0)
     return folder
 
 
