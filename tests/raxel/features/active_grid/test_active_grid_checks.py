@@ -13,7 +13,6 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks import phases as edges
-from raxel.features.active_grid.checks import redundancy
 from raxel.features.active_grid.checks.code import sampled
 from raxel.features.active_grid.checks.diagnostics import clipped_at, examine
 from raxel.features.active_grid.checks.motion import SINE_TO_SIGMA
@@ -30,15 +29,6 @@ from tests.active_grids import drawn
 
 USUAL = {"size": (200, 150), "noise": 2.0, "blur": 1.0, "share": 0.9}
 FINE = PatternPlan((5, 5), False, 4, (16.0, 16.0))
-
-
-@pytest.fixture(autouse=True, scope="module")
-def few_windows():
-    """Images of 200 x 150 px hold about 200 groups of windows side by side; the 800 of
-    a large image would overlap."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(redundancy, "N_WINDOWS", 200)
-        yield
 
 
 @cache
