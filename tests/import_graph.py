@@ -6,6 +6,7 @@ only wanted for a type still says who knows whom.
 
 import ast
 import graphlib
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -89,8 +90,9 @@ def _nearest(wanted, modules):
     return wanted or None
 
 
+@cache
 def checkout():
-    """(root of the checkout, its modules, their Arrows)."""
+    """(modules of the checkout, their Arrows)."""
     root = Path(__file__).parents[1]
     modules = modules_below(root, ("lib/raxel", "lib/repro", "chapters"))
-    return root, modules, arrows_between(modules, root)
+    return modules, arrows_between(modules, root)

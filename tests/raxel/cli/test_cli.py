@@ -97,8 +97,9 @@ def test_corners_lists_rejected_image_with_reason(tmp_path):
     assert "7 x 5" in images[2]["reason"]
     camera = tmp_path / "camera.npz"
     result = tmp_path / "result.json"
-    arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
-    assert main([*arguments, "--out", str(camera), "--json", str(result)]) == 0
+    arguments = ["calibrate", str(tmp_path / "set"), "--corners", str(path)]
+    arguments += ["--model", "zhang", "--out", str(camera), "--json", str(result)]
+    assert main(arguments) == 0
     left_out = json.loads(result.read_text())["left_out"]
     assert [entry["file"] for entry in left_out] == ["view2.png"]
 
@@ -158,11 +159,14 @@ def test_evaluate_scores_marked_views_only(calibrated, drawn, corners_file, tmp_
         assert result["share_with_ray"] == pytest.approx(share)
 
 
-def test_evaluate_without_marked_views_scores_all(calibrated, tmp_path, capsys):
+def test_evaluate_without_marked_views_scores_all(
+    calibrated, corners_file, tmp_path, capsys
+):
     write_drawn_set(tmp_path / "set")
     path = tmp_path / "result.json"
-    camera = str(calibrated["zhang"][0])
-    assert main(["evaluate", camera, str(tmp_path / "set"), "--json", str(path)]) == 0
+    arguments = ["evaluate", str(calibrated["zhang"][0]), str(tmp_path / "set")]
+    arguments += ["--corners", str(corners_file), "--json", str(path)]
+    assert main(arguments) == 0
     result = json.loads(path.read_text())
     assert len(result["images"]) == 6
     assert result["views_scored"] == "all: no view is marked evaluate"

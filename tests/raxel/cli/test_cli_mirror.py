@@ -1,4 +1,4 @@
-"""`raxel calibrate`, `evaluate` and `show` of a mirror set, rendered and read back."""
+"""A rendered mirror set, true to its rig, and what the commands make of it."""
 
 import re
 import shutil
@@ -18,10 +18,14 @@ from raxel.cli import main
 from raxel.cli.mirror import _primary
 from raxel.errors import InputError
 from raxel.evaluation.comparison import MEDIAN_OVER_RMS
+from raxel.features import find_board
+from raxel.geometry import transform
+from raxel.geometry.planes import on_plane
 from raxel.io.files import read_json
 from raxel.sets import PatternPlan, load_mirror_set
 from raxel.show.cameras import mirrors
 from tests import mirror_sets, rendered_mirror_sets
+from tests.rendered_mirror_sets import STEP_BOARD
 
 PIXELS = np.stack(np.meshgrid(np.arange(0, 768, 12.0), np.arange(0, 576, 12.0)), -1)
 PIXELS = PIXELS.reshape(-1, 2)
@@ -40,8 +44,40 @@ def folder(rig, tmp_path_factory):
     folder = tmp_path_factory.mktemp("mirror") / "set"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rendered_mirror_sets, "VIEWER_VIEWS", 5)
-        rendered_mirror_sets.write_mirror_set(rig, folder, 3, (0.0, 5.0))
+        rendered_mirror_sets.write_mirror_set(rig, folder, 3, (0.0, 5.0), holder_mm=3.0)
     return folder
+
+
+def test_mirror_set_describes_its_steps(folder):
+    written = load_mirror_set(folder)
+    assert written.size == (768, 576)
+    (step,) = written.steps
+    assert step.deflection_mm == 5.0
+    assert written.clamp.hidden_mm == 3.0
+    assert [view.label for view in written.grids.views] == ["near", "far"]
+    assert len(written.plate.views) == 2
+
+
+def test_clamp_points_lie_on_the_first_visible_line(rig, folder):
+    camera = load_camera(folder / "truth" / "stage-0.npz")
+    line = rig.clamp_pixels(camera, 5)
+    gap = np.linalg.norm(np.array(load_mirror_set(folder).clamp.points) - line, axis=1)
+    assert 0 < gap.max() < 2
+
+
+def test_boards_are_detected_at_their_true_positions(folder):
+    written = load_mirror_set(folder)
+    poses = read_json(folder / "truth" / "poses.json")["T_camera_target"]
+    (step,) = written.steps
+    for name, stage in ((step.before, 0), (step.after, 1)):
+        camera = load_camera(folder / "truth" / f"stage-{stage}.npz")
+        points = transform(np.array(poses[name]), on_plane(STEP_BOARD.points()))
+        true = camera.project(points).pixels
+        image = cv2.imread(str(written.stages.folder / name), cv2.IMREAD_GRAYSCALE)
+        found = find_board(image, STEP_BOARD.columns, STEP_BOARD.rows)
+        assert found.found
+        gap = np.linalg.norm(found.corners[:, None] - true, axis=2).min(axis=1)
+        assert np.median(gap) < 0.05
 
 
 @pytest.fixture(scope="module")

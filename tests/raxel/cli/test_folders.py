@@ -30,6 +30,12 @@ def images():
 
 
 @pytest.fixture
+def no_report(monkeypatch):
+    """A page takes as long as all the rest."""
+    monkeypatch.setattr("raxel.cli.calibrate.write_report", lambda folder, *_: None)
+
+
+@pytest.fixture
 def folder(tmp_path, images):
     """Six images, one of another size, and a damaged one."""
     path = tmp_path / "My camera"
@@ -65,6 +71,7 @@ def test_folder_becomes_a_folder_of_results(folder, capsys):
     assert main(["calibrate", str(out), "--model", "zhang", "-q"]) == 0
 
 
+@pytest.mark.usefixtures("no_report")
 def test_size_of_the_board_is_found_and_corners_are_used_again(folder, capsys):
     out = folder.parent / "out"
     # A failed search leaves nothing behind.
@@ -207,6 +214,7 @@ def test_set_name_has_allowed_characters(tmp_path):
     assert set_name("/") == "images"
 
 
+@pytest.mark.usefixtures("no_report")
 def test_sharpest_frames_that_differ_are_taken(tmp_path, images, capsys):
     path = tmp_path / "clip.avi"
     video = cv2.VideoWriter(
@@ -226,6 +234,7 @@ def test_sharpest_frames_that_differ_are_taken(tmp_path, images, capsys):
     assert load_set(out).name == "clip"
 
 
+@pytest.mark.usefixtures("no_report")
 def test_interrupted_search_is_continued(folder, capsys, monkeypatch):
     out, names = folder.parent / "out", []
 

@@ -66,8 +66,10 @@ def test_folder_without_images_is_rejected(tmp_path, given, reason):
 
 
 def test_key_covers_all_files_of_set(tmp_path):
+    reach = Reach(ROOT)
+
     def key():
-        sets = ImageSets(tmp_path, Reach(ROOT), {"one": "one", "two": "two"})
+        sets = ImageSets(tmp_path, reach, {"one": "one", "two": "two"})
         return [sets.key(name) for name in ("one", "two")]
 
     first, second = (add_set(tmp_path / name) for name in ("one", "two"))

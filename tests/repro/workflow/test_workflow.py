@@ -1,5 +1,6 @@
 """One command rebuilds exactly what a change reaches, and says why."""
 
+import fcntl
 import json
 import os
 import re
@@ -16,6 +17,7 @@ import pytest
 import yaml
 
 from tests.raxel.lab.test_rig import small_rig
+from tests.verify import products
 
 ROOT = Path(__file__).resolve().parents[3]
 RIG = "data/rigs/small.yaml"
@@ -64,12 +66,12 @@ def again(effort, results):
     return Plan(lambda condition, rng: {"eyes": rng.choice(pool)}, [{"dice": 1}], 4)
 
 
-@figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
+@figure("fig_2_3", needs=("dice_again",), evidence="synthetic")
 def fig_2_3(results):
     from repro.page.style import new_figure
 
     drawn, axes = new_figure()
-    eyes = results["dice_throws"].column("eyes", dice=1)
+    eyes = results["dice_again"].column("eyes", dice=1)
     axes.plot(range(4), eyes)
     axes.set_xlabel("Throw")
     axes.set_ylabel("Eyes")
@@ -109,13 +111,12 @@ def dice_checkout(root: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def first(checkout) -> tuple[set[str], str]:
-    """The first build in it, with which all is made."""
-    return made(checkout)
+def first(checkout) -> tuple[set[str], str, dict[str, str]]:
+    """The first build in it, with which all is made, and its products."""
+    return *made(checkout), products(checkout)
 
 
 COSTS = """effort,task,seconds,peak_mb,trials,pairs
-quick,experiment/dice_throws,100,100,4,4
 quick,experiment/dice_again,100,100,4,4
 """
 
@@ -190,11 +191,7 @@ def edit(root: Path, name: str, old: str, new: str) -> None:
     (root / name).write_text(text.replace(old, new))
 
 
-THROWS = {
-    "part/dice_throws/0-of-2",
-    "part/dice_throws/1-of-2",
-    "experiment/dice_throws",
-}
+THROWS = {"experiment/dice_throws"}
 SET = {"set/small/3"}
 SPREAD = {"experiment/dice_spread"}
 AGAIN = {"part/dice_again/0-of-2", "part/dice_again/1-of-2", "experiment/dice_again"}
@@ -203,11 +200,13 @@ REST = {"figure/fig_2_3"} | PAGE_TASKS
 
 CUT = (
     "data/synthetic/small/3/view-001.png",
-    "figures/quick/results/dice_throws.json",
+    "figures/quick/results/dice_again.json",
     "figures/quick/fig_2_3.csv",
     "figures/quick/judged/ch02_small/s1_dice.json",
     "report/build/quick/pages/ch02_small/s1_dice.ipynb",
 )
+# A byte of it is changed, neither its size nor its time.
+FLIPPED = "figures/quick/results/dice_throws.json"
 
 
 def eyes_thrown(root: Path) -> set[int]:
@@ -216,8 +215,31 @@ def eyes_thrown(root: Path) -> set[int]:
     return {trial["values"]["eyes"] for trial in result["trials"]}
 
 
+def test_disk_faults_are_named_and_the_next_build_continues(checkout, first):
+    """The figures' folder is a disk for this test; what it hides comes back."""
+    figures = checkout / "figures"
+    disk = ["mount", "-t", "tmpfs", "raxel", figures]
+    if subprocess.run(disk, check=False, capture_output=True).returncode:
+        pytest.skip("needs the right to mount a file system")
+    try:
+        for change, reason in (
+            ("ro", "Read-only file"),
+            ("rw,size=40k", "No space left"),
+        ):
+            subprocess.run(["mount", "-o", f"remount,{change}", figures], check=True)
+            status, text = build(checkout)
+            assert status == 1
+            line = text.strip().splitlines()[-1]
+            assert line.startswith(f"make ch02: {figures}/quick: {reason}")
+        subprocess.run(["mount", "-o", "remount,size=100m", figures], check=True)
+        made(checkout)
+        assert products(checkout) == first[-1]
+    finally:
+        subprocess.run(["umount", figures], check=True)
+
+
 def test_change_rebuilds_dependent_files(checkout, first):
-    tasks, text = first
+    tasks, text, _ = first
     assert tasks == THROWS | AGAIN | SET | SPREAD | REST, text
     again = json.loads((checkout / "figures/quick/results/dice_again.json").read_text())
     assert {t["values"]["eyes"] for t in again["trials"]} <= eyes_thrown(checkout)
@@ -246,7 +268,7 @@ def test_change_rebuilds_dependent_files(checkout, first):
     assert not [*(checkout / "data/synthetic").rglob(".3*")]
 
 
-def test_failing_job_is_reported_and_truncated_file_rebuilt(checkout, first):
+def test_failing_job_is_reported_and_damaged_file_rebuilt(checkout, first):
     result = checkout / "figures/quick/results/dice_spread.json"
     before = json.loads(result.read_text())
     edit(checkout, "lib/raxel/dice.py", "1, 7, 50).std()", "1, 7, 50).std() / []")
@@ -257,11 +279,15 @@ def test_failing_job_is_reported_and_truncated_file_rebuilt(checkout, first):
     assert "TypeError" in text
     assert not result.exists() or json.loads(result.read_text()) == before
     edit(checkout, "lib/raxel/dice.py", " / []", "")
-    whole = {name: (checkout / name).read_bytes() for name in CUT}
-    for name, content in whole.items():
-        (checkout / name).write_bytes(content[: len(content) // 2])
-    status, text = build(checkout)
-    assert status == 0, text
+    whole = {name: (checkout / name).read_bytes() for name in (*CUT, FLIPPED)}
+    for name in CUT:
+        (checkout / name).write_bytes(whole[name][: len(whole[name]) // 2])
+    flipped, stat = bytearray(whole[FLIPPED]), (checkout / FLIPPED).stat()
+    flipped[len(flipped) // 2] ^= 1
+    (checkout / FLIPPED).write_bytes(flipped)
+    os.utime(checkout / FLIPPED, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    tasks, text = made(checkout)
+    assert tasks == THROWS | {"experiment/dice_again"} | SET | SPREAD | REST, text
     for name, content in whole.items():
         assert f"{name}: damaged; it will be made again\n" in text
         assert (checkout / name).read_bytes() == content, name
@@ -329,6 +355,14 @@ def test_interrupted_build_ends_cleanly(checkout, profile):
     assert not [*(checkout / "figures").rglob(".*")]
 
 
+def test_second_build_in_checkout_is_rejected(checkout):
+    with (checkout / ".cache" / "build.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        status, text = build(checkout)
+    assert status == 1
+    assert text == "make ch02: another build runs in this folder; wait for it\n"
+
+
 def test_unknown_target_is_rejected_in_one_line(checkout):
     status, text = build(checkout, "fig_2_33")
     assert status == 1
@@ -358,14 +392,14 @@ def test_figure_with_scene_has_one_more_file(checkout):
 
 
 def test_results_are_independent_of_number_of_jobs(checkout, first):
-    result = checkout / "figures/quick/results/dice_throws.json"
+    result = checkout / "figures/quick/results/dice_again.json"
     before = result.read_bytes()
-    edit(checkout, "lib/repro/workflow/costs.csv", "dice_throws,100", "dice_throws,150")
-    parts = {f"part/dice_throws/{i}-of-3" for i in range(3)}
+    edit(checkout, "lib/repro/workflow/costs.csv", "dice_again,100", "dice_again,150")
+    parts = {f"part/dice_again/{i}-of-3" for i in range(3)}
     tasks, text = made(checkout, "fig_2_3")
     assert tasks == parts, text
     assert "not needed" in next(checkout.rglob("logs/experiments/*0-of-3*")).read_text()
     result.unlink()
     tasks, _ = made(checkout, "fig_2_3")
-    assert tasks == {"experiment/dice_throws"} | parts
+    assert tasks == {"experiment/dice_again"} | parts
     assert result.read_bytes() == before
