@@ -186,7 +186,8 @@ class Selection:
         stored, first = self._result.stored, self._result.first_trial
         trials = range(first, first + self._result.trials_per_condition)
         keys = (f"{i}/{t}/{name}" for i in self._conditions for t in trials)
-        return [stored[key] for key in keys if key in stored]
+        known = frozenset(stored)
+        return [stored[key] for key in keys if key in known]
 
     def _rows(self) -> list[dict]:
         return [row for i in self._conditions for row in self._result._values[i]]

@@ -25,6 +25,7 @@ from scipy.stats import chi2
 WINDOW = 7
 # For adjacent windows, left - 2 middle + right has six times the variance of one.
 SECOND_DIFFERENCE_VARIANCE = 6
+RANK_TOL = 1e-10  # of squares, for harmonics that depend on each other
 MIN_EIGENVALUE_SHARE = 0.02  # of the squared light; whole periods give five times more
 
 
@@ -60,7 +61,11 @@ def step_scatter(light, harmonics, variance):
     """
     count = len(light)
     residuals = sine_residuals(count)
-    basis = np.linalg.qr(harmonics.T)[0]
+    # By normal equations: many times faster than the decomposition of so many rows.
+    scaled = harmonics / np.linalg.norm(harmonics, axis=1, keepdims=True)
+    sizes, vectors = np.linalg.eigh(scaled @ scaled.T)
+    known = sizes > RANK_TOL * sizes[-1]
+    basis = scaled.T @ (vectors[:, known] / np.sqrt(sizes[known]))
     inner = light - (light @ basis) @ basis.T
     share = _shares(residuals * (inner @ inner.T), light)
     residual = residuals @ (share[:, None] * light)
