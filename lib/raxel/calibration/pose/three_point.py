@@ -595,12 +595,12 @@ def motion_of_points(points: np.ndarray, T_camera_grid: np.ndarray) -> np.ndarra
     ndarray
         (N, 3, 6), columns: w (rad), s.
     """
-    x, y = points.T
-    motion = np.zeros((len(points), 3, 6))
-    motion[:, 0, 2], motion[:, 1, 2] = -y, x
-    motion[:, 2, 0], motion[:, 2, 1] = y, -x
-    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    return T_camera_grid[:3, :3] @ motion
+    motion = np.empty((len(points), 3, 6))
+    x, y = points.T[:, :, None]
+    R_1, R_2, R_3 = T_camera_grid[:3, :3].T
+    motion[:, :, 0], motion[:, :, 1] = y * R_3, -x * R_3
+    motion[:, :, 2], motion[:, :, 3:] = x * R_2 - y * R_1, T_camera_grid[:3, :3]
+    return motion
 
 
 def moved_pose(T: np.ndarray, step: np.ndarray) -> np.ndarray:
