@@ -557,5 +557,5 @@ def robust_start(
 def _distances(H, source, target):
     u, v, w = np.moveaxis(H @ np.vstack([source.T, np.ones(len(source))]), -2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        gap = np.hypot(u / w - target[:, 0], v / w - target[:, 1])
+        gap = np.sqrt((u / w - target[:, 0]) ** 2 + (v / w - target[:, 1]) ** 2)
     return np.where(np.isfinite(gap), gap, np.inf)

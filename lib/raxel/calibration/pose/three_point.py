@@ -531,12 +531,10 @@ def _across(p, directions, weights):
     """Components of points p (N, 3) across the rays, times weights (N,): (3N,)."""
     found = np.empty((len(p), 3))
     for n in range(len(p)):
-        x, y, z = p[n]
-        a, b, c = directions[n]
-        along = x * a + z * c + y * b
-        found[n, 0] = (x - along * a) * weights[n]
-        found[n, 1] = (y - along * b) * weights[n]
-        found[n, 2] = (z - along * c) * weights[n]
+        along = p[n, 0] * directions[n, 0] + p[n, 2] * directions[n, 2]
+        along += p[n, 1] * directions[n, 1]
+        for i in range(3):
+            found[n, i] = (p[n, i] - along * directions[n, i]) * weights[n]
     return found.ravel()
 
 
