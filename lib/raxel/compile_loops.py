@@ -11,6 +11,7 @@ import numpy as np
 
 from raxel.calibration import (
     BoardView,
+    DistanceCurve,
     adjust_consistent,
     calibrate_lens,
     dense_view,
@@ -91,6 +92,7 @@ def compile_loops():
     _look_up_rays()
     BeamProfile([1.0], [0.0]).at(np.zeros(1))
     Unevenness((1.0, 1.0), 0.0, (1.0, 1.0), 0, 0.0, 1.0).at(*np.zeros((2, 1)))
+    DistanceCurve(np.ones(4), (0.0, 1.0)).tangents(np.ones(1))
     return find_board(image, BOARD.columns, BOARD.rows).corners
 
 

@@ -555,6 +555,7 @@ def robust_start(
 
 
 def _distances(H, source, target):
-    mapped = apply_homography(H, source)
-    gap = np.hypot(*np.moveaxis(mapped - target, -1, 0))
+    u, v, w = np.moveaxis(H @ np.vstack([source.T, np.ones(len(source))]), -2, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gap = np.sqrt((u / w - target[:, 0]) ** 2 + (v / w - target[:, 1]) ** 2)
     return np.where(np.isfinite(gap), gap, np.inf)

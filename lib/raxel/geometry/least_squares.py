@@ -67,7 +67,8 @@ def gauss_newton(residuals, jacobian):
 
 def damped_step(normal, gradient, damping):
     """Marquardt step; the diagonal weighs angles against lengths."""
-    diagonal = np.diag(normal)
-    scale = np.sqrt(np.maximum(diagonal, 1e-12 * np.max(diagonal)))
-    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(normal))
+    diagonal = normal.diagonal()
+    scale = np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max()))
+    scaled = normal / (scale[:, None] * scale)
+    scaled.flat[:: len(scale) + 1] += damping
     return -np.linalg.solve(scaled, gradient / scale) / scale

@@ -426,7 +426,7 @@ def depths_of_pairs(R, u, pairs):
     cosine = np.einsum("ni,ni->n", q, d)
     qb, db = np.einsum("ni,ni->n", q, b), np.einsum("ni,ni->n", d, b)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sine = np.einsum("ni,ni->n", *2 * [np.cross(q, d)])
+        sine = np.einsum("ni,ni->n", *2 * [_cross(q, d)])
         return np.stack([cosine * db - qb, db - cosine * qb], axis=1) / sine[:, None]
 
 
@@ -444,8 +444,8 @@ class _Gap:
         (p_1, d_1, C_1), (p_2, self.d, C_2) = pairs.rays_1, pairs.rays_2
         self.q, self.arm = d_1 @ R.T, p_1 @ R.T
         self.b = self.arm + u - p_2
-        self.n = np.cross(self.q, self.d)
-        self.m_1, self.m_2 = np.cross(self.d, self.b), np.cross(self.b, self.q)
+        self.n = _cross(self.q, self.d)
+        self.m_1, self.m_2 = _cross(self.d, self.b), _cross(self.b, self.q)
         self.g = np.einsum("ni,ni->n", self.n, self.b)
         # Derivatives of g by each ray's (origin, direction), and C times these.
         by_1 = np.concatenate([self.n @ R, self.m_1 @ R], axis=1)
@@ -465,9 +465,9 @@ class _Gap:
         o_1, t_1 = self.h_1[:, :3] @ self.R.T, self.h_1[:, 3:] @ self.R.T
         o_2, t_2 = self.h_2[:, :3], self.h_2[:, 3:]
         # Half the variance by q and by b, and by the rotation of the first noise.
-        by_q = np.cross(d, o_1 - o_2) + np.cross(t_2, b)
-        by_b = np.cross(t_1, d) + np.cross(q, t_2)
-        turn = np.cross(o_1, self.n) + np.cross(t_1, self.m_1)
+        by_q = _cross(d, o_1 - o_2) + _cross(t_2, b)
+        by_b = _cross(t_1, d) + _cross(q, t_2)
+        turn = _cross(o_1, self.n) + _cross(t_1, self.m_1)
         half = self._by_motion(by_q, by_b)
         half[:, :3] += turn
         by_g = self._by_motion(self.m_1, self.n)
@@ -476,5 +476,10 @@ class _Gap:
 
     def _by_motion(self, by_q, by_b):
         """Derivatives (N, 6) by (w, v) of a quantity with these ones by q and b."""
-        w = np.cross(self.q, by_q) + np.cross(self.arm, by_b)
+        w = _cross(self.q, by_q) + _cross(self.arm, by_b)
         return np.concatenate([w, by_b], axis=1)
+
+
+def _cross(a, b):
+    # Rows are short: numpy's cross product handles axes for longer than it computes.
+    return a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]

@@ -33,7 +33,7 @@ from raxel.calibration.adjust.ray_elimination import (
     normal_equations,
     steps_of_poses,
 )
-from raxel.calibration.pose.three_point import refine_pose_ray_point
+from raxel.calibration.pose.three_point import motion_of_points, refine_pose_ray_point
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import damped_step
 from raxel.geometry.planes import on_plane
@@ -163,11 +163,7 @@ def centroid_weights(
 
 def _moved_across(points, T, covariance, u):
     """Mean variance (N,) per axis across rays u of points of a grid, from its pose."""
-    x, y = np.nan_to_num(points).T
-    motion = np.zeros((len(points), 3, 6))
-    motion[:, :, 0] = y[:, None] * T[:3, 2]
-    motion[:, :, 1] = -x[:, None] * T[:3, 2]
-    motion[:, :, 2] = x[:, None] * T[:3, 1] - y[:, None] * T[:3, 0]
+    motion = motion_of_points(np.nan_to_num(points), T)
     motion[:, :, 3:] = np.eye(3)
     spread = motion @ covariance @ np.swapaxes(motion, 1, 2)
     along = np.einsum("ni,nik,nk->n", u, spread, u)

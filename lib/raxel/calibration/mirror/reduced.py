@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -211,7 +212,7 @@ class DistanceCurve(_Curve):
     def _rows(self, u):
         """Powers of s (N, 4), and their derivatives by u (N, 4)."""
         rate = 2 / (self.span[1] - self.span[0])
-        b, b_s = _powers(2 * self.fraction(u) - 1)
+        b, b_s, _ = _powers(2 * self.fraction(u) - 1)
         return b, rate * b_s
 
 
@@ -373,10 +374,7 @@ class HeightCurve(_Curve):
 
     def _rows(self, x):
         """Powers of s (N, 4), and their first two derivatives by the length."""
-        b, b_s = _powers(x / self.length)
-        s = x / self.length
-        none = np.zeros_like(s)
-        b_ss = np.stack([none, none, none + 2, 6 * s], axis=1)
+        b, b_s, b_ss = _powers(x / self.length)
         return b, b_s / self.length, b_ss / self.length**2
 
     def _height(self, x):
@@ -411,10 +409,16 @@ def viewing_rays(u: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]
     array([[0. , 1. ],
            [0.6, 0.8]])
     """
-    u = np.asarray(u, float)
-    length = np.sqrt(1 + u**2)[:, None]
-    V = np.column_stack([u, np.ones_like(u)]) / length
-    return V, np.column_stack([np.ones_like(u), -u]) / length**3
+    return _viewing_rays(np.asarray(u, float))
+
+
+@numba.njit(cache=True)
+def _viewing_rays(u):
+    V, V_u = np.empty((len(u), 2)), np.empty((len(u), 2))
+    length = np.sqrt(1 + u * u)
+    V[:, 0], V[:, 1] = u / length, 1 / length
+    V_u[:, 0], V_u[:, 1] = 1 / length**3, -u / length**3
+    return V, V_u
 
 
 def reflected(
@@ -443,7 +447,7 @@ def reflected(
     >>> reflected(np.array([[0.6, 0.8]]), np.array([[2.0, 0.0]])).round(6)
     array([[ 0.6, -0.8]])
     """
-    along = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+    along = tangents / np.sqrt(dot(tangents, tangents))[:, None]
     return 2 * dot(directions, along)[:, None] * along - directions
 
 
@@ -471,11 +475,14 @@ def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
+@numba.njit(cache=True)
 def _powers(s):
-    """1, s, s^2, s^3 (N, 4), and their derivatives by s (N, 4)."""
-    one, none = np.ones_like(s), np.zeros_like(s)
-    b = np.stack([one, s, s**2, s**3], axis=1)
-    return b, np.stack([none, one, 2 * s, 3 * s**2], axis=1)
+    """1, s, s^2, s^3 (N, 4), and their first and second derivatives by s (N, 4)."""
+    b, b_s, b_ss = np.ones((len(s), 4)), np.zeros((len(s), 4)), np.zeros((len(s), 4))
+    b[:, 1], b[:, 2], b[:, 3] = s, s * s, s**3
+    b_s[:, 1], b_s[:, 2], b_s[:, 3] = 1.0, 2 * s, 3 * s * s
+    b_ss[:, 2], b_ss[:, 3] = 2.0, 6 * s
+    return b, b_s, b_ss
 
 
 MIN_N_FEATURES = 4

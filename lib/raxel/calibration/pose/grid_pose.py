@@ -21,9 +21,7 @@ from raxel.calibration.pose.three_point import (
     N_SCORING_POINTS,
     RayPose,
     checked_rays,
-    motion_of_points,
     moved_pose,
-    placed_points,
     ray_errors,
 )
 from raxel.errors import CalibrationError, InputError
@@ -379,15 +377,15 @@ def angular_system(
     jacobian : ndarray
         (N, 2, 6), columns as `motion_of_points`.
     """
-    p, motion = (
-        placed_points(points, T_camera_grid),
-        motion_of_points(points, T_camera_grid),
+    axes = np.concatenate([across, directions[:, :, None]], axis=2).reshape(-1, 9)
+    # Columns of the pose, (4, 3, N), in frames with the ray as the last axis.
+    R_1, R_2, R_3, t = (T_camera_grid[:3].T @ axes.T.reshape(3, -1)).reshape(4, 3, -1)
+    x, y = points.T
+    p, d = (
+        R_1 * x + R_2 * y + t,
+        np.stack([R_3 * y, -R_3 * x, R_2 * x - R_1 * y, R_1, R_2, R_3]),
     )
-    along = np.einsum("ni,ni->n", p, directions)
-    side = np.einsum("ni,nik->nk", p, across)
-    d_along = np.einsum("ni,nij->nj", directions, motion)
-    d_side = np.swapaxes(across, 1, 2) @ motion
-    errors = np.hypot(side[:, 0], side[:, 1])
+    errors, along = np.hypot(p[0], p[1]), p[2]
     square = errors**2 + along**2
     # angle / sine, and its derivative by sine^2 / 2; by their series near the ray.
     near = errors < 1e-3 * along
@@ -401,10 +399,9 @@ def angular_system(
         (-2 / 3 + 4 * u / 5 - 6 * u**2 / 7) / along**3,
         (along / square - factor) / far**2,
     )
-    turn = np.einsum("nk,nkj->nj", side, d_side)
-    change = slope[:, None] * turn - d_along / square[:, None]
-    jacobian = factor[:, None, None] * d_side + side[:, :, None] * change[:, None]
-    return factor[:, None] * side, jacobian
+    change = slope * (p[0] * d[:, 0] + p[1] * d[:, 1]) - d[:, 2] / square
+    jacobian = factor * d[:, :2] + p[:2] * change[:, None]
+    return (factor * p[:2]).T, jacobian.T
 
 
 def _synthetic_image(directions, normal):

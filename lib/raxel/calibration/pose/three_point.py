@@ -531,12 +531,10 @@ def _across(p, directions, weights):
     """Components of points p (N, 3) across the rays, times weights (N,): (3N,)."""
     found = np.empty((len(p), 3))
     for n in range(len(p)):
-        x, y, z = p[n]
-        a, b, c = directions[n]
-        along = x * a + z * c + y * b
-        found[n, 0] = (x - along * a) * weights[n]
-        found[n, 1] = (y - along * b) * weights[n]
-        found[n, 2] = (z - along * c) * weights[n]
+        along = p[n, 0] * directions[n, 0] + p[n, 2] * directions[n, 2]
+        along += p[n, 1] * directions[n, 1]
+        for i in range(3):
+            found[n, i] = (p[n, i] - along * directions[n, i]) * weights[n]
     return found.ravel()
 
 
@@ -595,12 +593,12 @@ def motion_of_points(points: np.ndarray, T_camera_grid: np.ndarray) -> np.ndarra
     ndarray
         (N, 3, 6), columns: w (rad), s.
     """
-    x, y = points.T
-    motion = np.zeros((len(points), 3, 6))
-    motion[:, 0, 2], motion[:, 1, 2] = -y, x
-    motion[:, 2, 0], motion[:, 2, 1] = y, -x
-    motion[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    return T_camera_grid[:3, :3] @ motion
+    motion = np.empty((len(points), 3, 6))
+    x, y = points.T[:, :, None]
+    R_1, R_2, R_3 = T_camera_grid[:3, :3].T
+    motion[:, :, 0], motion[:, :, 1] = y * R_3, -x * R_3
+    motion[:, :, 2], motion[:, :, 3:] = x * R_2 - y * R_1, T_camera_grid[:3, :3]
+    return motion
 
 
 def moved_pose(T: np.ndarray, step: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -142,6 +143,32 @@ class BrownCamera(PlaneLaw, AzimuthalCamera):
         return 7 + len(self.radial)
 
 
+@numba.njit(cache=True, error_model="numpy")
+def _undistorting_factors(distorted, limit, factor, slope):
+    """r / distorted radius on the rising branch, by Newton inside a bracket.
+
+    The iteration is in log r: far out, where the highest power of r dominates, its
+    logarithm is a straight line and one step suffices. limit: end of the branch;
+    factor, slope: polynomials in r^2 of distorted / r and of its derivative by r.
+    """
+    found = np.empty_like(distorted)
+    for n, target in enumerate(distorted):
+        low, high, r = 1e-300, min(limit, 1e300), -1.0
+        new = min(target, high)
+        while abs(new - r) > 1e-15 * abs(r) and target >= 1e-300:
+            r, image, rate = new, 0.0, 0.0
+            for k in range(len(factor)):
+                image, rate = image * r * r + factor[k], rate * r * r + slope[k]
+            image *= r
+            low, high = (r if image < target else low), (r if image > target else high)
+            new = r * np.exp(np.log(target / image) * image / (r * rate))
+            # Bisection where the tangent leaves the bracket keeps the branch.
+            if not (abs(new - r) <= 1e-15 * r or low < new < high):
+                new = np.sqrt(low) * np.sqrt(high)
+        found[n] = new / target if target > 0 else 1.0
+    return found
+
+
 class PerspectiveCamera(Camera):
     """Pinhole with calibration matrix K (2.1) and radial coefficients (2.4).
 
@@ -238,7 +265,9 @@ class PerspectiveCamera(Camera):
         distorted = np.hypot(x, y)
         valid = distorted < self.max_distorted_radius
         factor = np.full(len(distorted), np.nan)
-        factor[valid] = self._undistorting_factor(distorted[valid])
+        factor[valid] = _undistorting_factors(
+            distorted[valid], self.max_radius, self._factor, self._slope
+        )
         x, y, z = x * factor, y * factor, np.where(valid, 1.0, np.nan)
         # hypot does not overflow for far pixels, unlike their squares.
         d = np.column_stack([x, y, z]) / np.hypot(np.hypot(x, y), 1)[:, None]
@@ -252,33 +281,6 @@ class PerspectiveCamera(Camera):
         roots = np.roots(self._slope)
         real = roots.real[roots.imag == 0]
         return np.sqrt(real[real > 0].min(initial=np.inf))
-
-    def _undistorting_factor(self, distorted):
-        """r / distorted radius on the rising branch, by Newton inside a bracket.
-
-        The iteration is in log r: far out, where the highest power of r dominates, its
-        logarithm is a straight line and one step suffices.
-        """
-        if not np.any(self.radial):
-            return np.ones_like(distorted)
-        low = np.full_like(distorted, 1e-300)
-        high = np.full_like(distorted, min(self.max_radius, 1e300))
-        r, done = np.minimum(distorted, high), distorted < 1e-300
-        with np.errstate(all="ignore"):
-            while not done.all():
-                image = self._distorted(r)
-                high = np.where(image > distorted, r, high)
-                low = np.where(image < distorted, r, low)
-                slope = np.polyval(self._slope, r * r)
-                new = r * np.exp(np.log(distorted / image) * image / (r * slope))
-                settled = np.abs(new - r) <= 1e-15 * r
-                # Bisection where the tangent leaves the bracket keeps the branch.
-                inside = settled | ((new > low) & (new < high))
-                new = np.where(inside, new, np.sqrt(low) * np.sqrt(high))
-                settled |= np.abs(new - r) <= 1e-15 * r
-                # Converged values stay, so results do not depend on neighbours.
-                r, done = np.where(done, r, new), done | settled
-        return np.divide(r, distorted, out=np.ones_like(r), where=distorted > 0)
 
     def _fields(self):
         return {"K": self.K, "radial": self.radial}

@@ -203,7 +203,7 @@ def rays_at(pixels, directions, origins, width, height):
     found_o = np.full((len(pixels), 3), np.nan)
     found_d = np.full((len(pixels), 3), np.nan)
     for i in range(len(pixels)):
-        u, v = pixels[i]
+        u, v = pixels[i, 0], pixels[i, 1]
         if not (0 <= u <= width - 1 and 0 <= v <= height - 1):
             continue
         left, top = int(u), int(v)
@@ -228,7 +228,7 @@ def walked(points, places, directions, origins, width, height):
     found = np.full(places.shape, np.nan)
     for i in range(len(points)):
         point = (points[i, 0], points[i, 1], points[i, 2])
-        x, y = places[i]
+        x, y = places[i, 0], places[i, 1]
         for _ in range(MAX_N_ROUNDS):
             u = min(max(int(np.floor(x)), 0), width - 2)
             v = min(max(int(np.floor(y)), 0), height - 2)
@@ -258,7 +258,7 @@ def within_cells(points, cells, start, directions, origins, width):
     found = np.full((len(points), 2), np.nan)
     for i in range(len(points)):
         point = (points[i, 0], points[i, 1], points[i, 2])
-        u, v, right, below = cells[i]
+        u, v, right, below = cells[i, 0], cells[i, 1], cells[i, 2], cells[i, 3]
         corners = _corners(u, v, right, below, width)
         s, t = right * start[0], below * start[1]
         for _ in range(MAX_N_ROUNDS):
