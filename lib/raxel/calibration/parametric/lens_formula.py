@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from raxel.calibration.parametric.lens_bundle import (
     OUTLIER_SCALES,
@@ -183,7 +183,7 @@ def _wald(values, covariance, n_images):
     """p-value of values (k,) being 0; n_images: number of images behind the
     covariance."""
     ratio = values @ np.linalg.solve(covariance, values) / len(values)
-    return float(fisher.sf(ratio, len(values), n_images - 1))
+    return float(fdtrc(len(values), n_images - 1, ratio))
 
 
 # Test for an entrance-pupil shift along the axis. A shift bends the image as a function
@@ -308,7 +308,7 @@ def _ratio_test(central, moving, boards):
     less, more = (
         max(fit.result.cost, free * MIN_RESIDUAL_PX**2) for fit in (central, moving)
     )
-    return float(fisher.sf((less - more) / q / (more / free), q, free))
+    return float(fdtrc(q, free, max(less - more, 0.0) / q / (more / free)))
 
 
 def _best(fits, boards):

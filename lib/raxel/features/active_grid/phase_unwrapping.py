@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numba import njit
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from raxel.features.active_grid.coding import (
     BORDER,
@@ -92,7 +92,7 @@ def phase_scatter(parts, periods):
     misfit = np.concatenate(
         [fitted_periods(part, periods).misfit[part.lit] for part in parts]
     )
-    usual = chi2.median(len(periods) - 1)
+    usual = 2 * gammaincinv((len(periods) - 1) / 2, 0.5)  # median of chi squared
     return max(1.0, np.median(misfit) / usual) if len(misfit) else 1.0
 
 

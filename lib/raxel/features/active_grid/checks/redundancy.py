@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 # Residuals of N >= 4 steps: correlated noise and drift of the light. The variance of
 # the N - 3 residuals is that of grey values, for single pixels and for means over
@@ -68,7 +68,7 @@ def step_scatter(light, harmonics, variance):
     three = residual.reshape(count, -1, WINDOW, 3, WINDOW)
     means = three.mean(axis=(2, 4))
     bent = means[..., 0] - 2 * means[..., 1] + means[..., 2]
-    degrees = chi2.median(count - 3)
+    degrees = 2 * gammaincinv((count - 3) / 2, 0.5)  # median of chi squared
     expected = variance.reshape(-1, WINDOW, 3, WINDOW).mean(axis=(1, 2, 3))
     windows = (
         np.sum(bent**2, axis=0) * WINDOW**2 / SECOND_DIFFERENCE_VARIANCE / expected
