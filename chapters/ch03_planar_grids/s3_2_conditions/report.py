@@ -1,7 +1,6 @@
 """Results of this page read: values of the prose, figures, tables."""
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator
 from scipy.special import expit
 
 from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
@@ -302,6 +301,8 @@ def _draw(panel, letter, x, trials, look, label, rows):
 
 
 def _name_ticks(panel, places, names):
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
     panel.xaxis.set_major_locator(FixedLocator(places))
     panel.xaxis.set_major_formatter(FixedFormatter(names))
 

@@ -1,7 +1,5 @@
 """Answers to the exercises of section 3.3.2."""
 
-from scipy.stats import binom, binomtest
-
 ONLY_ONE, ONLY_OTHER = 27, 2
 SIDE_PX, SIDE_CORNERS = 120.0, 7
 
@@ -12,6 +10,8 @@ def split_task():
     Splits with 0, 1 or 2 on one side are 1 + 29 + 406 of 2^29 cases, and the same on
     the other side.
     """
+    from scipy.stats import binom, binomtest
+
     count = ONLY_ONE + ONLY_OTHER
     chance, this_split = (
         float(binomtest(ONLY_OTHER, count).pvalue),

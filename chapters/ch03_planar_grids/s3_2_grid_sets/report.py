@@ -7,7 +7,6 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     BOTH,
@@ -440,6 +439,8 @@ OFFSET = 0.16
 @figure("ext_grid_rates", needs=GRIDS, evidence="rendered")
 def ext_grid_rates(results):
     """Draw the share of correct grids of four detectors by set, in both ranges."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
     drawn, panels = new_figure(2, 1, height_in=6.4, sharex=True)
     titles = [*TITLES.values(), "Spherical,\nno spots"]
     rows = []

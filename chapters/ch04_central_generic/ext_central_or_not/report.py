@@ -1,7 +1,6 @@
 """Results of this page read: values of the prose, figures, tables."""
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter
 
 from chapters.ch04_central_generic.ext_central_or_not.experiment import (
     ALARM,
@@ -56,6 +55,8 @@ def name_values(open_results):
 @figure("ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic")
 def central_or_not(results):
     """Draw distances with bounds on the left, detection rates on the right."""
+    from matplotlib.ticker import FixedFormatter
+
     result = results["ext_centrality_runs"]
     drawn, (left, right) = new_figure(1, 2, height_in=3.6)
     rows, records = np.arange(len(CAMERAS))[::-1], []

@@ -1,7 +1,6 @@
 """Results of this page read: values of the prose, figures, tables, judgements."""
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, NullLocator
 
 from chapters.ch04_central_generic.s1_3_rays.experiment import FACTORS, NOISE, POSED
 from repro.page import legend_below, new_figure, plot_estimates, rounded, series, value
@@ -57,6 +56,8 @@ def name_values(open_results):
 @figure("ext_ray_weights", needs=("ext_ray_weights_trials",), evidence="synthetic")
 def ray_weights(results):
     """Error of rays against the weight of the linear stage's grids."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
     result = results["ext_ray_weights_trials"]
     drawn, axes = new_figure(1, 2, height_in=4.0)
     rows = []

@@ -4,8 +4,6 @@ from dataclasses import astuple
 from itertools import pairwise, product
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter
-from scipy.stats import binomtest
 
 from chapters.ch04_central_generic.s1_5_simulated.experiment import (
     LEVELS,
@@ -195,6 +193,8 @@ def fig_4_2(results):
 @figure("ext_what_cgsp_buys_figure", needs=("ext_cgsp_steps",), evidence="synthetic")
 def what_cgsp_buys(results):
     """Centre error after every change, from top to bottom."""
+    from matplotlib.ticker import FixedFormatter
+
     result = results["ext_cgsp_steps"]
     drawn, axes = new_figure(height_in=3.4)
     rows = np.arange(len(STEPS))[::-1]
@@ -402,6 +402,8 @@ def judge_rotation_worse(results, options):
     That of the median by the sign test. In means, which depend on how much a trial
     grows, by the interval of their ratio.
     """
+    from scipy.stats import binomtest
+
     options, worse, ratios = PRIMARY | options, 0, []
     of_means = options["statistic_of_trials"] == "mean"
     for level in LEVELS:

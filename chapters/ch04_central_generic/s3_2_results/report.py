@@ -4,7 +4,6 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from chapters.ch04_central_generic.s3_2_results.experiment import MULTIPLIED, solved
 from chapters.shared.central import (
@@ -94,6 +93,8 @@ MIN_SHARE = 0.98  # of the points inside a panel
 @figure("fig_4_6", needs=("table_4_3_rendered",), evidence="rendered")
 def fig_4_6(results):
     """Draw two cameras by two methods, each from the first rendered run."""
+    from matplotlib.ticker import MaxNLocator
+
     result = results[RENDERED]
     drawn, axes = new_figure(2, 2, height_in=7.2, sharex="row", sharey="row")
     rows = []

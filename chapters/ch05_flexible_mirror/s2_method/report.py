@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-from matplotlib import patches
 
 from chapters.ch05_flexible_mirror.s2_method.experiment import (
     REJECTED,
@@ -308,6 +307,8 @@ def _place(stage):
 
 
 def _draw_box(axes, stage, amounts):
+    from matplotlib import patches
+
     x, y = _place(stage)
     function = STAGES[stage].rpartition(".")[2] if stage in STAGES else "a person"
     axes.add_patch(

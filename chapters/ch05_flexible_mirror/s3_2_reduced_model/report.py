@@ -1,7 +1,6 @@
 """Values of the prose, figures and judgements of section 5.3.2, from its results."""
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter
 
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     INJECTED_MM,
@@ -171,6 +170,8 @@ def fig_5_7(results):
 @figure("ext_reduced_errors", needs=("fig_5_7_runs",), evidence="rendered")
 def ext_reduced_errors(results):
     """Mean distances from the scan of all runs, in each frame, at two levels."""
+    from matplotlib.ticker import FixedFormatter
+
     result = results[RUNS]
     drawn, panels = new_figure(1, 2, height_in=3.6, sharey=True)
     frames = FRAMES["scan_frame"]

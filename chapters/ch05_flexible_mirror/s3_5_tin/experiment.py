@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from scipy.ndimage import zoom
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from chapters.shared.mirror import (
     DYNAMIC_MM,
@@ -379,7 +379,7 @@ def normality(distances, within=OUTLYING):
     Outliers are excluded, except for `within` infinity.
     """
     d = np.sort(distances[usual(distances, within)])
-    ranks = norm.ppf((np.arange(len(d)) + 0.5) / len(d))
+    ranks = ndtri((np.arange(len(d)) + 0.5) / len(d))
     return float(np.corrcoef(d, ranks)[0, 1])
 
 

@@ -1,7 +1,6 @@
 """Results of this page read: values of the prose, figures, tables, judgements."""
 
 import numpy as np
-from scipy.stats import norm
 
 from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
     ANGLES_DEG,
@@ -227,6 +226,8 @@ def model_figure(results):
 @figure("fig_5_23", needs=("table_5_8_runs",), evidence="rendered")
 def distances_figure(results):
     """Histograms of the signed distances of each face, and normal curves."""
+    from scipy.stats import norm
+
     result, rows = results[RUNS], []
     drawn, axes = new_figure(1, 3, height_in=3.0, sharey=True)
     came = [np.isfinite(result.column(LEVEL, w, "rms_mm")) for w in DRAWN_WAYS]

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
-from scipy.stats import spearmanr
 
 from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
@@ -177,6 +176,8 @@ def between_states(rig, view, fields, chain, errors, rng):
     such strips. `apart_mm`: median distance of the points on the mirror where both
     states show a feature.
     """
+    from scipy.stats import spearmanr
+
     stages = [field.camera for field in fields]
     points, _ = features(view, fields[:1], rng)
     T = rig.board_pose(rng, deflections=STAGES_MM[:2])

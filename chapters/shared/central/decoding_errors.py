@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import binary_erosion, map_coordinates
-from scipy.signal import lfilter
 
 from raxel.geometry import inverse_pose, rotate, transform
 
@@ -204,6 +203,8 @@ def redrawn_lattice(errors, points, cosine, rng, step=1):
 
 def _alike(rng, shape, likeness):
     """Return unit Gaussian noise (h, w) with this correlation of neighbours."""
+    from scipy.signal import lfilter
+
     noise = rng.standard_normal(shape)
     fresh = np.sqrt(1 - likeness**2)
     for _ in range(2):

@@ -33,6 +33,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from raxel.calibration.views.correspondence import board_points
 from raxel.evaluation.cross_validation import Evaluation, evaluate_camera
@@ -276,14 +277,12 @@ def _without_first(normal, right, count):
 def _tested(normal, right, own, variance):
     """(p-value, variance of a coordinate that explains how images differ, variance of
     the prior over that) of own (M,) displacements, by the equations of each image."""
-    from scipy.stats import f as fisher
-
     normal, right = normal[:, own][:, :, own], right[:, own]
     within, freedom = within_groups(normal, right, [np.ones(len(right), bool)])
     within, normal, joint = max(within, variance), normal.sum(axis=0), right.sum(axis=0)
     root, _ = inverse_root(normal)
     ratio = np.mean((root.T @ joint) ** 2) / within
-    p_value = float(fisher.sf(ratio, freedom / (len(right) - 1), freedom))
+    p_value = float(fdtrc(freedom / (len(right) - 1), freedom, ratio))
     # As wide as the squares of the displacements show.
     prior = max(joint @ joint / within - np.trace(normal), 0.0) / np.sum(normal**2)
     return p_value, within, prior

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from raxel.evaluation.diagnoses import known
 from raxel.evaluation.distortion import pixels_by_point, within_groups
@@ -262,8 +263,6 @@ def focal_lengths(normal, right, direction, variance, names):
     direction (K,): the one that may differ; variance: of scatter, the least that
     explains how images differ; names (n,): of the images.
     """
-    from scipy.stats import f as fisher
-
     inverse = np.linalg.pinv(normal.sum(axis=0), hermitian=True)
     to_all = normal @ direction
     own = to_all @ direction
@@ -283,7 +282,7 @@ def focal_lengths(normal, right, direction, variance, names):
     ratio = np.mean(along**2 / size[known]) / explained
     # By corrections b of their own the excess is its covariance times b.
     sd = np.sqrt(max(ratio - 1, 0.0) * explained * free / np.sum(size[known]))
-    p_value = fisher.sf(ratio, free, freedom)
+    p_value = fdtrc(free, freedom, ratio)
     groups = (tuple(names[group]) for group in _two_groups(excess, own))
     return FocalLengths(float(sd), float(np.sqrt(ratio)), float(p_value), *groups)
 

@@ -38,6 +38,7 @@ of them, makes all halves wrong alike, and no division shows it.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from raxel.evaluation.coverage import BeyondBoards, beyond_boards
 from raxel.evaluation.distortion import (
@@ -260,8 +261,6 @@ def _difference(normal, right, first, variance):
     both determine, and x scatters as a coordinate; within: variance of a coordinate
     that explains how images of one part differ; p_value: of x.
     """
-    from scipy.stats import f as fisher
-
     own = normal[first].sum(axis=0)
     share = own @ np.linalg.pinv(normal.sum(axis=0), hermitian=True)
     excess = right[first].sum(axis=0) - share @ right.sum(axis=0)
@@ -273,7 +272,7 @@ def _difference(normal, right, first, variance):
     x = root.T @ excess
     within, freedom = within_groups(normal, right, [first, ~first])
     within = max(within, variance)
-    p_value = fisher.sf(np.mean(x**2) / within, len(x), freedom)
+    p_value = fdtrc(len(x), freedom, np.mean(x**2) / within)
     return root, x, within, float(p_value)
 
 

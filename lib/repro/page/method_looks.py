@@ -11,11 +11,10 @@ figure whose legend names a method that is drawn in another look.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from matplotlib.axes import Axes
-from matplotlib.colors import same_color
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BLUE, VERMILLION, GREEN, PINK = "#0072b2", "#d55e00", "#009e73", "#c76ea3"
 SKY, ORANGE, GREY = "#56b4e9", "#e69f00", "#4a4a4a"
@@ -143,12 +142,15 @@ def named_in(label: str) -> str | None:
 
 def check_looks(drawn: Figure, stem: str) -> None:
     """Raise `LookError` if a legend entry names a method and has another look."""
+    from matplotlib.colors import same_color
+
     for axes in drawn.axes:
-        for label, colour, marker in _entries(axes):
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            line = handle[0] if isinstance(handle, tuple) else handle
             name = named_in(label)
-            if name is None:
+            if name is None or not hasattr(line, "get_marker"):
                 continue
-            look = LOOKS[name]
+            look, colour, marker = LOOKS[name], line.get_color(), line.get_marker()
             # A line across the whole panel has only a colour.
             plain = marker in ("None", "none", "", " ", None)
             same_marker = plain or marker == look["marker"]
@@ -159,11 +161,3 @@ def check_looks(drawn: Figure, stem: str) -> None:
                 f"{name!r} has {look['color']} and {look['marker']!r} in the whole "
                 "report, see repro.page.method_looks"
             )
-
-
-def _entries(axes: Axes) -> Iterator[tuple[str, object, object]]:
-    """Label, colour and marker of every legend entry that is made of a line."""
-    for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-        line = handle[0] if isinstance(handle, tuple) else handle
-        if hasattr(line, "get_marker"):
-            yield label, line.get_color(), line.get_marker()

@@ -19,6 +19,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 from nbformat.v4 import new_output
 
+from raxel.errors import InputError
 from repro.page.folding import folded
 
 GLUED = re.compile(r"\{glue:text\}`([^`:]+)(?::([^`]*))?`")
@@ -29,7 +30,7 @@ SHOWS = ("show(", "show_table(", "show_code(", "compared(")
 KERNEL = {"name": "python3", "display_name": "Python 3", "language": "python"}
 
 
-class PageError(Exception):
+class PageError(InputError):
     """A page that cannot be made; the message is one line: file, cell, cause."""
 
 

@@ -13,20 +13,21 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.category import StrCategoryFormatter
-from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter
-from matplotlib.transforms import Bbox
+from cycler import cycler
 
 from repro.judge.statistics import Estimate
 from repro.page.method_looks import check_looks
 from repro.run.as_columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
 WIDTH_IN = 7.2
 """Width of the text column of a page, in inches of 96 CSS pixels."""
@@ -73,7 +74,7 @@ RC = {
     "grid.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.prop_cycle": matplotlib.cycler(
+    "axes.prop_cycle": cycler(
         **{key: [s[key] for s in SERIES] for key in ("color", "marker", "linestyle")}
     ),
     "lines.linewidth": 1.6,
@@ -124,7 +125,10 @@ def new_figure(
 
     The style is set for the process, because labels added later use it too.
     """
-    matplotlib.rcParams.update(RC)
+    from matplotlib import rcParams
+    from matplotlib.figure import Figure
+
+    rcParams.update(RC)
     drawn = Figure(figsize=(WIDTH_IN, 3.0 * rows if height_in is None else height_in))
     return drawn, drawn.subplots(rows, columns, **subplots)
 
@@ -206,6 +210,9 @@ def check_axes(drawn: Figure, name: str) -> None:
 
 
 def _numeric_axes(axes: Axes) -> Iterator[str]:
+    from matplotlib.category import StrCategoryFormatter
+    from matplotlib.ticker import FixedFormatter
+
     if not axes.axison:
         return
     for letter in ("x", "y", "z"):
@@ -236,16 +243,17 @@ def save_drawing(drawing: Drawing, stem: Path) -> None:
     another look than in other figures. The bytes depend on the drawing and the
     installed versions only: no date, no random ids.
     """
+    from matplotlib import rc_context
+
     check_axes(drawing.figure, stem.name)
     check_looks(drawing.figure, stem.name)
-    kept = _laid_out(drawing.figure)
-    svg = _rendered(
-        drawing.figure,
-        kept,
-        "svg",
-        metadata={"Date": None, "Creator": None, "Title": stem.name},
-    )
-    png = _rendered(drawing.figure, kept, "png", metadata={"Software": None})
+    with rc_context(RC):
+        kept = _laid_out(drawing.figure)
+    with rc_context(PLACED):
+        drawing.figure.set_layout_engine(None)
+        described = {"Date": None, "Creator": None, "Title": stem.name}
+        svg = _rendered(drawing.figure, kept, "svg", described)
+        png = _rendered(drawing.figure, kept, "png", {"Software": None})
     table = csv_text(drawing.data)
     for ending, content in (("csv", table), ("png", png), ("svg", svg)):
         write_atomic(stem.with_name(f"{stem.name}.{ending}"), content)
@@ -264,20 +272,13 @@ def _laid_out(drawn: Figure) -> Bbox:
 
     Otherwise matplotlib would repeat the layout and the drawing for each file.
     """
-    with matplotlib.rc_context(RC):
-        drawn.set_dpi(PNG_DPI)
-        if drawn.axes and (engine := drawn.get_layout_engine()):
-            engine.execute(drawn)
-        kept = drawn.get_tightbbox().padded(MARGIN_IN)
-    with matplotlib.rc_context(PLACED):
-        drawn.set_layout_engine(None)
-    return kept
+    drawn.set_dpi(PNG_DPI)
+    if drawn.axes and (engine := drawn.get_layout_engine()):
+        engine.execute(drawn)
+    return drawn.get_tightbbox().padded(MARGIN_IN)
 
 
 def _rendered(drawn: Figure, kept: Bbox, kind: str, metadata: dict) -> bytes:
     buffer = BytesIO()
-    with matplotlib.rc_context(PLACED):
-        drawn.savefig(
-            buffer, format=kind, dpi=PNG_DPI, metadata=metadata, bbox_inches=kept
-        )
+    drawn.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata, bbox_inches=kept)
     return buffer.getvalue()

@@ -2,8 +2,8 @@
 
 A Sphinx extension. Each page shows the tree of all pages, for which Sphinx copies all
 sections and then removes them. Here they are removed before. Words that pages share are
-stemmed once for the search. Links to the previous and the next page get the first
-sentence of that page.
+stemmed once for the search, and each name in signatures is looked up once. Links to the
+previous and the next page get the first sentence of that page.
 """
 
 from __future__ import annotations
@@ -81,6 +81,8 @@ def _on_page(app, name: str, template: str, context: dict, doctree) -> None:
     words = app.builder.indexer.lang
     if "stem" not in vars(words):
         words.stem = cache(words.stem)
+        names = app.env.domains.python_domain
+        names.find_obj = cache(names.find_obj)
 
 
 @cache

@@ -13,7 +13,6 @@ from html import escape
 from pathlib import Path
 
 from jinja2 import Template
-from markupsafe import Markup
 
 from repro.page.templates import environment
 
@@ -28,7 +27,7 @@ def source_page(path: Path, name: str, up: str) -> str:
     for anchor, line in definitions(ast.parse(text), ""):
         first.setdefault(anchor, line)  # a property and its setter have the same name
     anchors = {line: anchor for anchor, line in first.items()}
-    lines = text.splitlines()
+    lines = escape(text, quote=False).splitlines()  # code has many quotes
     width = len(str(len(lines)))
     numbered = [
         (anchors.get(number, f"L{number}"), f"{number:{width}}", line)
@@ -39,10 +38,7 @@ def source_page(path: Path, name: str, up: str) -> str:
 
 @cache
 def _template() -> Template:
-    templates = environment(TEMPLATES)
-    # Quotes need no escape between tags, and code has many.
-    templates.filters["code"] = lambda line: Markup(escape(line, quote=False))
-    return templates.get_template("source.html.jinja")
+    return environment(TEMPLATES).get_template("source.html.jinja")
 
 
 def definitions(tree: ast.AST, inside: str) -> Iterator[tuple[str, int]]:

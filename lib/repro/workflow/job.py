@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 
 from raxel.errors import InputError
-from repro.page.notebook import PageError
 from repro.run.jobs import Size
 from repro.run.rendered import declared
 from repro.run.results import WRITTEN, write_json
@@ -93,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
     plan = planned(Path.cwd(), size, a.recorded, a.target, a.readings)
     try:
         run(plan, plan.jobs[a.stage, a.name])
-    except (InputError, PageError) as fault:
+    except InputError as fault:
         print(fault, file=sys.stderr)
         return 1
     return 0
