@@ -29,7 +29,6 @@ from raxel.cameras import (
     QuadricMirrorCamera,
 )
 from raxel.cameras.mirrors.profiles import BeamProfile
-from raxel.cameras.mirrors.sheet_surface import Unevenness
 from raxel.features import find_board
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.lines import corrected_waves, no_ripple
@@ -91,7 +90,6 @@ def compile_loops():
     _smooth_rays()
     _look_up_rays()
     BeamProfile([1.0], [0.0]).at(np.zeros(1))
-    Unevenness((1.0, 1.0), 0.0, (1.0, 1.0), 0, 0.0, 1.0).at(*np.zeros((2, 1)))
     DistanceCurve(np.ones(4), (0.0, 1.0)).tangents(np.ones(1))
     return find_board(image, BOARD.columns, BOARD.rows).corners
 

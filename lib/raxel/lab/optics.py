@@ -542,8 +542,9 @@ class Optics:
         # A pixel's variance is the sum of these, or 0 where a centre is out of the
         # middle and the sum negative.
         rows, columns = np.float32(low + bend * v2), np.float32(bend * u2)
-        ends = (max(0.0, float(end(rows) + end(columns))) for end in (np.min, np.max))
-        levels = _levels(*ends)
+        levels = _levels(
+            *(max(0.0, float(end(rows) + end(columns))) for end in (np.min, np.max))
+        )
         size = max(BLUR_TILE_PX, 4 * _reach(levels[-1]))
         blurred = np.empty_like(image)
         for v, u in itertools.product(range(0, height, size), range(0, width, size)):
@@ -587,8 +588,7 @@ def _tile_blurred(image, tile, levels, variance):
     first, last = np.searchsorted(levels, [variance.min(), variance.max()])
     levels = levels[max(0, first - 1) : last + 1]
     reach = _reach(levels[-1])
-    starts = [max(0, part.start - reach) for part in tile]
-    parts = list(zip(starts, tile, strict=True))
+    parts = [(max(0, part.start - reach), part) for part in tile]
     around = image[tuple(slice(start, part.stop + reach) for start, part in parts)]
     inside = tuple(
         slice(part.start - start, part.stop - start) for start, part in parts

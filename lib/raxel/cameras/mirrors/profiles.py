@@ -65,14 +65,12 @@ def _running(x, breaks, pieces, end_slopes):
         piece = 0
         while piece < len(breaks) - 2 and inside > breaks[piece + 1]:
             piece += 1
-        half = (breaks[piece + 1] - breaks[piece]) / 2
-        place = (inside - breaks[piece]) / half - 1
+        place = 2 * (inside - breaks[piece]) / (breaks[piece + 1] - breaks[piece]) - 1
         above, value = 0.0, 0.0
         for term in range(len(pieces) - 1, 0, -1):
             above, value = value, pieces[term, piece] + 2 * place * value - above
-        value = pieces[0, piece] + place * value - above
-        beyond = x[n] - inside
-        values[n] = value + end_slopes[int(beyond > 0)] * beyond
+        beyond = end_slopes[int(x[n] > inside)] * (x[n] - inside)
+        values[n] = pieces[0, piece] + place * value - above + beyond
     return values
 
 

@@ -7,9 +7,6 @@ X and Y half its width and height; light comes from the side of negative z. Leng
 are mm.
 """
 
-import math
-
-import numba
 import numpy as np
 from numpy.polynomial import polynomial
 
@@ -207,18 +204,15 @@ class Unevenness:
         rng = np.random.default_rng(self.seed)
         length = rng.uniform(*self.wavelengths, N_WAVES)
         angle = rng.uniform(0, 2 * np.pi, N_WAVES)
-        phase = rng.uniform(0, 2 * np.pi, N_WAVES)
-        number = 2 * np.pi / length
-        along = number * np.cos(angle), number * np.sin(angle)
-        self._waves = np.column_stack([*along, phase])
+        self._phase = rng.uniform(0, 2 * np.pi, N_WAVES)
+        self._wave = 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)])
         self._height = 1.0
         self._height = self.aberration / self._rms()
 
     def _rms(self):
         share_x, share_y = (np.linspace(0, 1, n) for n in N_NODES)
         x, y = np.meshgrid(share_x * self.size[0], (share_y - 0.5) * self.size[1])
-        sheet = np.array([*self.size, 0.0, self.reach])
-        waves = _uneven(x.ravel(), y.ravel(), self._waves, self._height, sheet)
+        waves = flattened(x.ravel(), self._waves(x.ravel(), y.ravel()))
         return np.sqrt(np.mean(waves[0] ** 2))
 
     @property
@@ -228,51 +222,65 @@ class Unevenness:
 
     def at(self, x, y):
         """Height (N,) at x, y (N,), then its derivatives by x, y, xx, xy and yy."""
-        sheet = np.array([*self.size, self.strain, self.reach])
-        return _uneven(*np.array([x, y]), self._waves, self._height, sheet)
+        height = np.zeros((6, len(x)))
+        if self.aberration:
+            height += self._waves(x, y)
+        if self.strain:
+            height += self._edges(x, y)
+        return flattened(x, height)
+
+    def _waves(self, x, y):
+        k_x, k_y = self._wave
+        angle = x[:, None] * k_x + y[:, None] * k_y + self._phase
+        sine, cosine = self._height * np.sin(angle), self._height * np.cos(angle)
+        return np.stack(
+            [
+                sine.sum(axis=1),
+                *(cosine @ k_x, cosine @ k_y),
+                *(-sine @ k_x**2, -sine @ (k_x * k_y), -sine @ k_y**2),
+            ]
+        )
+
+    def _edges(self, x, y):
+        length, half = self.size[0], self.size[1] / 2
+        end = self._edge(length - x)
+        low, high = self._edge(half + y), self._edge(half - y)
+        zero = np.zeros(len(x))
+        return np.stack(
+            [
+                end[0] + low[0] + high[0],
+                *(-end[1], low[1] - high[1]),
+                *(end[2], zero, low[2] + high[2]),
+            ]
+        )
+
+    def _edge(self, distance):
+        """Height of one edge at a distance (N,) mm from it, and its derivatives."""
+        exponent = -distance / self.reach
+        inner = np.exp(np.minimum(exponent, 0))
+        over = np.maximum(exponent, 0)
+        terms = inner + over + over**2 / 2, inner + over, inner
+        return [
+            self.strain * term / (-self.reach) ** order
+            for order, term in enumerate(terms)
+        ]
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _uneven(x, y, waves, height, sheet):
-    """`Unevenness.at` of waves (k, 3) of equal height on a sheet: its length, width,
-    strain and reach."""
-    length, half = sheet[0], sheet[1] / 2
-    found = np.empty((6, len(x)))
-    for n in range(len(x)):
-        z = by_x = by_y = xx = xy = yy = 0.0
-        if height:
-            for p, q, phase in waves:
-                angle = p * x[n] + q * y[n] + phase
-                sine, cosine = height * math.sin(angle), height * math.cos(angle)
-                z, by_x, by_y = z + sine, by_x + p * cosine, by_y + q * cosine
-                xx, xy, yy = xx - p * p * sine, xy - p * q * sine, yy - q * q * sine
-        if sheet[2]:
-            end, end_x, end_xx = _edge(length - x[n], sheet)
-            low, low_y, low_yy = _edge(half + y[n], sheet)
-            high, high_y, high_yy = _edge(half - y[n], sheet)
-            z, by_x, by_y = z + end + low + high, by_x - end_x, by_y + low_y - high_y
-            xx, yy = xx + end_xx, yy + low_yy + high_yy
-        # Pressed flat next to the clamp.
-        place = x[n] / CLAMP_TRANSITION_MM
-        bell = math.exp(-place * place)
-        free, rise = 1 - bell, 2 * place * bell / CLAMP_TRANSITION_MM
-        turn = (2 - 4 * place * place) * bell / CLAMP_TRANSITION_MM**2
-        found[0, n], found[1, n] = free * z, free * by_x + rise * z
-        found[2, n] = free * by_y
-        found[3, n] = free * xx + 2 * rise * by_x + turn * z
-        found[4, n], found[5, n] = free * xy + rise * by_y, free * yy
-    return found
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _edge(distance, sheet):
-    """Height of one edge at a distance from it, mm, and its derivatives."""
-    _, _, strain, reach = sheet
-    exponent = -distance / reach
-    over = max(exponent, 0.0)
-    inner = strain * math.exp(min(exponent, 0.0))
-    height = inner + strain * (over + over * over / 2)
-    return height, -(inner + strain * over) / reach, inner / reach**2
+def flattened(x, heights):
+    """Heights (6, N), as from `Unevenness.at`, pressed flat next to the clamp."""
+    place = x / CLAMP_TRANSITION_MM
+    bell = np.exp(-(place**2))
+    free, rise = 1 - bell, 2 * place * bell / CLAMP_TRANSITION_MM
+    turn = (2 - 4 * place**2) * bell / CLAMP_TRANSITION_MM**2
+    z, by_x, by_y, xx, xy, yy = heights
+    return np.stack(
+        [
+            free * z,
+            *(free * by_x + rise * z, free * by_y),
+            *(free * xx + 2 * rise * by_x + turn * z, free * xy + rise * by_y),
+            free * yy,
+        ]
+    )
 
 
 def _checked_seed(seed):

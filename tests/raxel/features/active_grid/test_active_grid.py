@@ -265,7 +265,7 @@ def test_code_longer_than_monitor_is_decoded():
 
 
 def test_decoder_memory_is_bounded():
-    """24 bytes a pixel, the result included; images of 3.6 Mpx, larger than its blocks."""
+    """24 bytes a pixel, the result included; 3.6 Mpx are larger than a block."""
     scene = drawn()
     images = np.full((20, 5100, 700), 90, np.uint8)
     decode(scene.images, scene.patterns, scene.grid, threads=1)

@@ -25,7 +25,6 @@ from scipy.special import chdtri
 WINDOW = 7
 # For adjacent windows, left - 2 middle + right has six times the variance of one.
 SECOND_DIFFERENCE_VARIANCE = 6
-RANK_TOL = 1e-10  # of squares, for harmonics that depend on each other
 MIN_EIGENVALUE_SHARE = 0.02  # of the squared light; whole periods give five times more
 
 
@@ -62,14 +61,12 @@ def step_scatter(light, harmonics, variance):
     count = len(light)
     residuals = sine_residuals(count)
     # By normal equations: many times faster than the decomposition of so many rows.
-    scaled = harmonics / np.linalg.norm(harmonics, axis=1, keepdims=True)
-    sizes, vectors = np.linalg.eigh(scaled @ scaled.T)
-    known = sizes > RANK_TOL * sizes[-1]
-    basis = scaled.T @ (vectors[:, known] / np.sqrt(sizes[known]))
-    inner = light - (light @ basis) @ basis.T
+    harmonics = harmonics / np.linalg.norm(harmonics, axis=1, keepdims=True)
+    fit = harmonics.T @ np.linalg.pinv(harmonics @ harmonics.T, 1e-10, hermitian=True)
+    inner = light - (light @ fit) @ harmonics
     share = _shares(residuals * (inner @ inner.T), light)
     residual = residuals @ (share[:, None] * light)
-    residual = residual - (residual @ basis) @ basis.T
+    residual = residual - (residual @ fit) @ harmonics
     three = residual.reshape(count, -1, WINDOW, 3, WINDOW)
     means = three.mean(axis=(2, 4))
     bent = means[..., 0] - 2 * means[..., 1] + means[..., 2]
