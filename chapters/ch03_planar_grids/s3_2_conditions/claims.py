@@ -1,7 +1,7 @@
 """Claims from the remarks of section 3.3.2, tested on rendered images."""
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.stats import norm
 
 from chapters.ch03_planar_grids.s3_2_conditions.report import (
     CAMERAS,
@@ -204,7 +204,7 @@ def judge_size_variation(results, options):
     ratio, failed = merging_of(results, poses=options["pose_range"])
     slope, error, _ = logistic_fit(ratio, failed)
     known, count = np.isfinite(slope), int(failed.sum())
-    p = 2 * ndtr(-abs(slope) / error) if known else 1.0
+    p = 2 * norm.sf(abs(slope) / error) if known else 1.0
     decision = HOLDS if p < 0.05 and slope > 0 else FAILS
     if count < MIN_FAILURES or not known:
         decision = UNDECIDED

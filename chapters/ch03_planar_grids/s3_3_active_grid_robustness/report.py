@@ -3,6 +3,7 @@
 from itertools import product
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
     ACTIVE,
@@ -329,8 +330,6 @@ def judge_active_blur(results, options):
 )
 def judge_active_viewing_angle(results, options):
     """The decoded share of the visible area falls as the monitor rotates."""
-    from scipy.stats import spearmanr
-
     result = results["exp_c3_active_viewing_angle"]
     turns = sorted(result.levels("turn_deg"))
     name, gamma = DECODABLE[options["decodable"]], GAMMAS[options["camera_file"]]

@@ -4,6 +4,7 @@ from dataclasses import astuple
 from itertools import pairwise, product
 
 import numpy as np
+from scipy.stats import binomtest
 
 from chapters.ch04_central_generic.s1_5_simulated.experiment import (
     LEVELS,
@@ -402,8 +403,6 @@ def judge_rotation_worse(results, options):
     That of the median by the sign test. In means, which depend on how much a trial
     grows, by the interval of their ratio.
     """
-    from scipy.stats import binomtest
-
     options, worse, ratios = PRIMARY | options, 0, []
     of_means = options["statistic_of_trials"] == "mean"
     for level in LEVELS:

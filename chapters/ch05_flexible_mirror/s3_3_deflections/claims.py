@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2_contingency
 
 from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
     DEFLECTED,
@@ -238,8 +239,6 @@ def edge_excess(own, sheet):
     the share among the others, and p of a chi-squared test; p is 1 where nothing
     differs.
     """
-    from scipy.stats import chi2_contingency
-
     size = np.linalg.norm(own, axis=1)
     known = np.isfinite(size)
     size, free = size[known], of_strips(sheet[known])[1]

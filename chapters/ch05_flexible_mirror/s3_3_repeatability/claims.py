@@ -7,6 +7,7 @@ A claim that is judged run by run returns whether it is true (runs,), the measur
 from functools import lru_cache
 
 import numpy as np
+from scipy.stats import wilcoxon
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     ARMS,
@@ -515,8 +516,6 @@ def while_both_go_on(result, name="back_mm"):
 def p_larger(differences):
     """One-sided p (Wilcoxon's signed ranks) that differences (n,) are above 0; infinite
     ones outrank all others."""
-    from scipy.stats import wilcoxon
-
     finite = np.abs(differences[np.isfinite(differences)])
     largest = 1 + finite.max(initial=0)
     ranked = np.clip(differences, -largest, largest)

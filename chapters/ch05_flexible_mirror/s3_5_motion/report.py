@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 import numpy as np
+from scipy.stats import rankdata
 
 from chapters.ch05_flexible_mirror.s3_5_motion.experiment import (
     MARKER_MM,
@@ -200,8 +201,6 @@ def log_scales(runs):
 def fall(*logs):
     """Spearman's correlation (...) of deflection with the SD of log scales (..., n);
     0 where all scatter alike, as single runs do."""
-    from scipy.stats import rankdata
-
     sd = np.stack([np.std(one, axis=-1) for one in logs], axis=-1)
     x, y = rankdata(STAGES_MM), rankdata(sd, axis=-1)
     x, y = x - x.mean(), y - y.mean(axis=-1, keepdims=True)
