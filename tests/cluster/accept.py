@@ -19,7 +19,7 @@ import psutil
 
 from repro.run.jobs import Size
 from repro.workflow import records
-from repro.workflow.plan import Plan
+from repro.workflow.plan import BuildPlan
 from tests.verify import ROOT, copy_of_checkout, finished, products
 
 WORK = ROOT / ".cache" / "cluster"
@@ -46,7 +46,7 @@ def main() -> int:
     try:
         copy = copy_of_checkout(WORK / "slurm")
         target = options.target.replace("quick", "report")
-        plan = Plan(copy, Size("quick"), target=target)
+        plan = BuildPlan(copy, Size("quick"), target=target)
         with started(copy, options.target, options.profile) as build:
             drained, stopped = disturbed(build, len(plan.jobs))
         jobs = slurm_jobs()
@@ -130,7 +130,7 @@ def stop(job_id: str) -> None:
                 process.suspend()
 
 
-def overhead(plan: Plan, jobs: list[Job]) -> Line:
+def overhead(plan: BuildPlan, jobs: list[Job]) -> Line:
     """Return the time of a job of Slurm without its tasks, and the time it waited."""
     waited, more = [], []
     for job in jobs:
