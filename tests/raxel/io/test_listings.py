@@ -169,6 +169,11 @@ def test_dotted_names_are_importable():
             assert hasattr(importlib.import_module(home), last), name
 
 
+def test_scripts_of_make_can_be_imported():
+    scripts = re.findall(r"-m (tests\.[\w.]+)", (ROOT / "Makefile").read_text("utf-8"))
+    assert len({importlib.import_module(name).main for name in scripts}) == 3
+
+
 def test_make_commands_are_valid():
     makefile = (ROOT / "Makefile").read_text("utf-8")
     targets = re.findall(r"^([\w%][\w% -]*):", makefile, re.MULTILINE)
