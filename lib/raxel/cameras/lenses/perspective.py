@@ -149,23 +149,24 @@ def _undistorting_factors(distorted, limit, factor, slope):
 
     The iteration is in log r: far out, where the highest power of r dominates, its
     logarithm is a straight line and one step suffices. limit: end of the branch;
-    factor, slope: polynomials in r^2 of distorted / r and of its derivative by r.
+    factor, slope: polynomials in r^2 of distorted / r and of its derivative by r. The
+    result is 1 over the former, which rounding of r hardly moves.
     """
     found = np.empty_like(distorted)
     for n, target in enumerate(distorted):
-        low, high, r = 1e-300, min(limit, 1e300), -1.0
+        low, high, r, share = 1e-300, min(limit, 1e300), -1.0, 1.0
         new = min(target, high)
         while abs(new - r) > 1e-15 * abs(r) and target >= 1e-300:
-            r, image, rate = new, 0.0, 0.0
+            r, share, rate = new, 0.0, 0.0
             for k in range(len(factor)):
-                image, rate = image * r * r + factor[k], rate * r * r + slope[k]
-            image *= r
+                share, rate = share * r * r + factor[k], rate * r * r + slope[k]
+            image = r * share
             low, high = (r if image < target else low), (r if image > target else high)
             new = r * np.exp(np.log(target / image) * image / (r * rate))
             # Bisection where the tangent leaves the bracket keeps the branch.
             if not (abs(new - r) <= 1e-15 * r or low < new < high):
                 new = np.sqrt(low) * np.sqrt(high)
-        found[n] = new / target if target > 0 else 1.0
+        found[n] = 1 / share
     return found
 
 
