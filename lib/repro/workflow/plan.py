@@ -50,7 +50,7 @@ GATHERED_MB = 65.0
 # What a job may need of the measured peak and processor time, on other machines.
 MEMORY_FACTOR, TIME_FACTOR = 1.5, 4.0
 UNMEASURED_MB = 2000.0
-STARTING_S = 1.4  # processor time of the start of a job
+STARTING_S = 1.2  # processor time of the start of a job
 STARTING_MB = 300  # of Snakemake, which starts a job on a node of a cluster
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents", "conclusions")
 VIEWER = (

@@ -287,7 +287,7 @@ def decode(
     )
     shape, kinds = (len(stack.codes), *stack.shape), (np.float32, np.float32, np.int16)
     out = *(np.empty(shape, kind) for kind in kinds), np.empty(stack.shape, np.uint8)
-    most = MAX_ROW_BYTES // (len(images) * stack.shape[1] * stack.dtype.itemsize)
+    most = MAX_ROW_BYTES // (len(images) * stack.shape[1] * np.uint16().itemsize)
     with ThreadPoolExecutor(threads or min(processors(), 1 + most)) as pool:
         _decode_all(stack, settings, pool, out)
         if max(shared) > 1:
