@@ -1,4 +1,4 @@
-"""Results that tests make up, read from files as in a build.
+"""Results that tests make up, written and read as a build writes and reads them.
 
 They are `repro.run.results.Result`, in the conditions of the experiment's own plan: a
 claim that reads a condition which no plan has fails here as in a build.
@@ -6,7 +6,6 @@ claim that reads a condition which no plan has fails here as in a build.
 
 import functools
 import itertools
-import json
 import tempfile
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from repro.run.jobs import Order, Size, producer
 from repro.run.marks import run_trials
 from repro.run.outcomes import Plan
 from repro.run.rendered import declared
-from repro.run.results import Result
+from repro.run.results import Result, gather
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = tempfile.TemporaryDirectory(prefix="made-results-")
@@ -24,21 +23,10 @@ COUNT = itertools.count()
 
 
 def written(plan, experiment="made_up", effort="full"):
-    """The Result of a plan, run here; without the summaries, which no Result reads."""
+    """The Result of a plan, run here."""
     records, arrays = run_trials(experiment, plan, plan.pairs)
     path = Path(FOLDER.name) / f"{next(COUNT)}_{experiment}.json"
-    content = {
-        "experiment": experiment,
-        "effort": effort,
-        "settings": dict(plan.settings),
-        "trials_per_condition": plan.trials,
-        "first_trial": plan.first,
-        "conditions": list(plan.conditions),
-        "trials": records,
-    }
-    path.write_text(json.dumps(content))
-    if arrays:
-        np.savez(path.with_suffix(".npz"), **arrays)
+    gather({"experiment": experiment, "effort": effort}, plan, records, arrays, path)
     return Result(path)
 
 

@@ -13,7 +13,7 @@ from tests.judged_claims import assert_verdicts, of_rejected, verdicts
 from tests.made_results import of_columns, of_levels
 
 SEEDS = 40
-# Half of them: the time to read vectors grows with the cube of their number.
+# Half of them: the claim reads the vectors of all loops once for each loop.
 LOOPS = 20
 
 
