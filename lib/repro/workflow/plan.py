@@ -38,7 +38,7 @@ from repro.workflow.rendering import RenderedSets
 STAGES = ("sets", "experiments", "results", "pages", "notebooks", "report")
 COMPUTING = ("sets", "experiments")
 # Processor seconds up to which tasks that only read results share a job.
-SHORT_S = 25.0
+SHORT_S = 15.0
 # The same of sets and experiments. A longer experiment is divided into such parts.
 LONG_S = {"quick": 25.0, "full": 60.0}
 # The same with more trials than planned: on a cluster a job waits for a node.
