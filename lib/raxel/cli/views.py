@@ -58,10 +58,17 @@ class SeenViews(NamedTuple):
         return next(((board.columns, board.rows) for board in boards), None)
 
     def check_enough(self, image_set, needed, purpose):
-        """Raise InputError unless `needed` views can be used."""
-        if len(self.views) >= needed:
+        """Raise InputError unless `needed` views, each of another pose, can be used."""
+        poses = len(set(near_copies(self.views)))
+        if poses >= needed:
             return
         words = words_of(image_set.target)
+        if len(self.views) >= needed:
+            raise InputError(
+                f"{image_set.description}: views: {len(self.views)} {words.images} "
+                f"show {poses} different pose{'s' * (poses > 1)} of the "
+                f"{words.target}, {purpose} requires {needed}; add images of others"
+            )
         missed = [entry for entry in self.entries if not entry.found]
         example = f" ({missed[0].view.label}: {missed[0].reason})" if missed else ""
         raise InputError(

@@ -22,13 +22,14 @@ CONVERTERS = {
 }
 MAX_NAME = 100  # characters of a set's name
 UNKNOWN_BOARD = Chessboard(None, None)
+RESULTS = "camera.json", "undistorted.json"  # in a folder that a command wrote
 
 
 def image_names(folder: str | Path, pattern: str | None = None) -> list[str]:
     """Return the images of a folder, numbers in their names in numerical order.
 
     Without a pattern these are the images in the folder itself or, if it has none,
-    those in its subfolders. Hidden files do not count.
+    those in its subfolders, except folders of results. Hidden files do not count.
 
     Parameters
     ----------
@@ -66,6 +67,9 @@ def _listing(folder, pattern):
                 f"{folder}: images: found pattern {each!r}; give one such as '*.jpg'"
             ) from fault
         paths = sorted(filter(_is_visible, paths), key=_natural)
+        made = {path.parent for path in paths if path.name in RESULTS}
+        if not pattern:
+            paths = [path for path in paths if not made & set(path.parents[:-1])]
         found = [path for path in paths if path.suffix.lower() in ENDINGS]
         stems = {path.with_suffix("") for path in found}
         others = [

@@ -114,8 +114,9 @@ def test_pattern_of_set_yaml_lists_images(folder, capsys):
 
 
 def test_images_are_ordered_by_number_and_subfolders_are_searched(tmp_path):
-    (tmp_path / "a").mkdir()
-    for name in ("a/i10.png", "a/i9.PNG", "a/.hidden.png", "a/notes.txt"):
+    results = "a/out/camera.json", "a/out/report/view-001.jpg"
+    (tmp_path / "a/out/report").mkdir(parents=True)
+    for name in ("a/i10.png", "a/i9.PNG", "a/.hidden.png", "a/notes.txt", *results):
         (tmp_path / name).write_bytes(b"")
     assert image_names(tmp_path) == ["a/i9.PNG", "a/i10.png"]
     (tmp_path / "top.jpg").write_bytes(b"")
@@ -266,3 +267,12 @@ def test_unused_images_are_named_where_too_few_remain(folder, capsys):
     assert "a.heic: .heic is not read, convert it by heif-convert" in line
     assert "check --board, or try another" in line
     assert "target." not in line
+
+
+def test_images_of_one_pose_are_too_few(folder, images, capsys):
+    rng = np.random.default_rng(1)
+    for number in range(8, 7 + len(images)):
+        noisy = images[0] + rng.normal(0, 2, images[0].shape)
+        cv2.imwrite(str(folder / f"view{number}.png"), noisy)
+    line = calibrated(capsys, folder, "--board", SIZE, status=2).err
+    assert "6 images show 1 different pose of the board, --model zhang requires" in line
