@@ -20,7 +20,8 @@ def export(options: SimpleNamespace, say: Say) -> None:
         )
     except InputError as fault:
         raise InputError(f"{options.camera}: {fault}", code=fault.code) from fault
-    contents = made.lines() if made else [f"{options.format}, exact"]
+    far = " for far points" * (options.format == "maps" and not camera.central)
+    contents = made.lines() if made else [f"{options.format}, exact{far}"]
     print("\n  ".join([f"{on_one_line(options.out)}: {contents[0]}", *contents[1:]]))
 
 

@@ -71,8 +71,10 @@ class Export(NamedTuple):
             f"{form.axes}, unit {form.unit}",
         ]
         if self.pupil_mm:
-            text = f"rays pass {self.pupil_mm:.3g} mm from the centre"
-            lines.append(f"for far points: {text}")
+            lines.append(
+                f"for far points: rays pass {self.pupil_mm:.3g} mm (pitches where the "
+                "pitch is unknown) from the centre"
+            )
         if not np.allclose(self.R_format_camera, np.eye(3), rtol=0, atol=5e-7):
             rows = self.R_format_camera.round(6).tolist()
             lines.append(f"R_format_camera {rows}")
@@ -281,8 +283,11 @@ def import_with_residual(
     except KeyError as fault:
         raise InputError(f"{path}: {fault.args[0]}: missing; add it") from fault
     except (ValueError, TypeError, IndexError, SyntaxError, AttributeError) as fault:
+        # Only the messages of ValueErrors name what is in the file.
+        known = type(fault) is ValueError and " object at " not in str(fault)
+        reason = one_line(fault) if known else "fields of another form"
         raise InputError(
-            f"{path}: not a camera of {format} ({one_line(fault)}); correct the file"
+            f"{path}: not a camera of {format} ({reason}); correct the file"
         ) from fault
     if not np.isfinite([*values, *size]).all():
         raise InputError(f"{path}: parameters: not all finite; correct the file")

@@ -7,6 +7,7 @@ one of a wrong form.
 
 import ast
 import json
+import re
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -46,6 +47,13 @@ def _commented(record, text):
     return "".join(f"# {line}\n" for line in record.notes) + text
 
 
+def _nine(K):
+    """The numbers of a matrix, by rows."""
+    if len(K) != 9:
+        raise ValueError(f"camera_matrix: found {len(K)} numbers, expected 9")
+    return K
+
+
 def _plain(K, *rest):
     """Parameters (fx, fy, cx, cy, ...) of a matrix without skew."""
     if K[1]:
@@ -77,10 +85,6 @@ def _to_opencv(record, suffix):
 
 def _from_opencv(path, terms=12, omnidir=False):
     check_file(path, MAX_BYTES)
-    try:
-        file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-    except (cv2.error, SystemError) as fault:
-        raise ValueError("neither XML nor YAML of OpenCV") from fault
 
     def value(name):
         node = file.getNode(name)
@@ -88,8 +92,12 @@ def _from_opencv(path, terms=12, omnidir=False):
             raise KeyError(name)
         return np.ravel(node.mat() if node.isMap() else node.real()).tolist()
 
-    K, further = value("camera_matrix"), value("distortion_coefficients")
-    size = value("image_width") + value("image_height")
+    try:
+        file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+        K, further = _nine(value("camera_matrix")), value("distortion_coefficients")
+        size = value("image_width") + value("image_height")
+    except (cv2.error, SystemError) as fault:
+        raise ValueError("no matrices in XML or YAML of OpenCV") from fault
     if omnidir:
         affine = [K[0], K[4], K[1], K[2], K[5]]
         return None, value("xi") + affine + further, *size
@@ -125,7 +133,7 @@ def _from_ros(path):
     model, further = data["distortion_model"], data["distortion_coefficients"]["data"]
     if model == "plumb_bob":
         further = [*further, 0.0][:5]  # some files have four
-    values = _plain(data["camera_matrix"]["data"], *further)
+    values = _plain(_nine(data["camera_matrix"]["data"]), *further)
     return model, values, data["image_width"], data["image_height"]
 
 
@@ -148,8 +156,9 @@ def _to_kalibr(record, _):
 
 def _from_kalibr(path):
     data = read_yaml(path)
-    if len(data) > 1:
-        raise ValueError(f"{len(data)} cameras; keep one of {', '.join(data)}")
+    cameras = [str(name) for name in data if re.fullmatch(r"cam\d+", str(name))]
+    if len(cameras) > 1:
+        raise ValueError(f"{len(cameras)} cameras; keep one of {', '.join(cameras)}")
     data = data["cam0"]
     model = f"{data['camera_model']}-{data['distortion_model']}"
     values = [*data["intrinsics"], *data["distortion_coeffs"]]

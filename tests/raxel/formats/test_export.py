@@ -159,6 +159,13 @@ KALIBR = """cam0:
   distortion_model: radtan
   distortion_coeffs: [0.1, 0.0, 0.0, 0.0]
 """
+ROS = """
+image_width: 640
+image_height: 480
+distortion_model: plumb_bob
+distortion_coefficients: {data: [0, 0, 0, 0, 0]}
+camera_matrix: {rows: 3, cols: 3, data: [300, 0, 330, 0, 280, 250, 0, 0]}
+"""
 OCAM = "#\n5 -150 0 1e-3 0 0\n#\n2 1 1\n#\n250 330\n#\n1 0 0\n#\n480 640\n"
 FAULTS = {
     ("kalibr", KALIBR.format(model="pinhole", fu=300.0)): "resolution: missing",
@@ -180,6 +187,10 @@ FAULTS = {
     ): "px RMS from every camera",
     ("colmap", "1 OPENCV 640 480 -300 280 330 250 0 0 0 0\n"): "field 'K'",
     ("ros", "image_width: 640\n"): "distortion_model: missing",
+    ("ros", ROS): "camera_matrix: found 8 numbers, expected 9",
+    ("opencv", ROS): "no matrices in XML or YAML of OpenCV",
+    ("kalibr", ROS): "cam0: missing",
+    ("kalibr", "a list\n"): "fields of another form",
     ("mrcal", "{'lensmodel': 'LENSMODEL_PINHOLE'}\n"): "intrinsics: missing",
     ("mrcal", "import os\n"): "not a camera of mrcal",
     ("opencv", "%YAML:1.0\n---\nimage_width: 640\n"): "camera_matrix: missing",
