@@ -537,7 +537,8 @@ PROGRAM = Program(
             "raxel show my-camera --camera camera.npz --out boards.html",
             _argument(
                 "what",
-                "Rig file (.yaml), camera file (.npz) or folder of an image set.",
+                "Rig file (.yaml), camera file (.npz), or folder of an image set or of "
+                "results, whose camera and corners are used.",
             ),
             _option(
                 "--out",

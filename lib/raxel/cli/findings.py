@@ -60,6 +60,11 @@ def of_left_out(left_out):
     return [diagnosis("view-excluded", **entry) for entry in left_out]
 
 
+def of_unused(image_set):
+    """A warning for each image of the set's folder that is no view."""
+    return of_left_out([{"file": f, "reason": why} for f, why in image_set.unused])
+
+
 def of_pixels(monitor):
     """A warning where the pixels of an ActiveGrid's monitor would not be square."""
     size, n_pixels = monitor.monitor_mm, monitor.monitor_px

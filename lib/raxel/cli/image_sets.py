@@ -7,7 +7,14 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
-from raxel.cli.findings import of_cut_boards, of_pitch, of_pixels, reported, unused_text
+from raxel.cli.findings import (
+    of_cut_boards,
+    of_pitch,
+    of_pixels,
+    of_unused,
+    reported,
+    unused_text,
+)
 from raxel.cli.outputs import check_outputs, check_writable
 from raxel.cli.sets import kept_corners, opened_set, write_corners
 from raxel.cli.terminal import Say, on_one_line
@@ -232,7 +239,11 @@ def corners(options: SimpleNamespace, say: Say) -> None:
                 f"  {view.label}: {detection.missing} of {len(detection.corners)} "
                 f"{words.point}s are missing"
             )
-    reported(of_pitch(image_set.target) + of_cut_boards(boards, image_set))
+    reported(
+        of_unused(image_set)
+        + of_pitch(image_set.target)
+        + of_cut_boards(boards, image_set)
+    )
     if not found:
         named = any(detection.other_target for _, detection, _ in boards)
         raise InputError(

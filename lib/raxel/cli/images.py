@@ -13,8 +13,9 @@ import numpy as np
 
 from raxel.cameras.core.base import Camera, centrality, pixel_grid
 from raxel.cameras.registry import load_camera
+from raxel.cli.findings import of_unused, reported
 from raxel.cli.outputs import check_written
-from raxel.cli.sets import opened_set
+from raxel.cli.sets import CAMERA, CORNERS, opened_set
 from raxel.cli.terminal import Say, on_one_line
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
@@ -109,6 +110,7 @@ def undistort(options: SimpleNamespace, say: Say) -> None:
     )
     if new.share < MIN_SHARE:
         print(f"the rest is black: {new.causes}")
+    reported(of_unused(image_set))
 
 
 def _by_camera(options: SimpleNamespace, image_set: ImageSet) -> Undistortion:
@@ -150,8 +152,9 @@ def _view(camera: Camera, options: SimpleNamespace) -> View:
         return panoramic_view(kind, camera, options.down, fov, options.size)
     if options.down or (options.fov or 0) > MAX_PERSPECTIVE_FOV_DEG:
         raise InputError(
-            "--projection: perspective has no --down and at most "
-            f"--fov {MAX_PERSPECTIVE_FOV_DEG}; give cylinder or equirectangular"
+            "--projection: perspective has at most --fov "
+            f"{MAX_PERSPECTIVE_FOV_DEG}, and no --down; give cylinder or "
+            "equirectangular"
         )
     return perspective_view(camera, fov, options.size)
 
@@ -307,6 +310,9 @@ def _scene(options: SimpleNamespace, out: Path | None, say: Say) -> tuple[Any, s
                 f"{what}: a mirror set, whose mirror is not calibrated; run raxel "
                 "calibrate and show the camera that it writes"
             )
+        for option, name in (("camera", CAMERA), ("corners", CORNERS)):
+            if not getattr(options, option) and (what / name).is_file():
+                setattr(options, option, str(what / name))
         options.set = options.what
         image_set = opened_set(options)
         check_written([out], [image_set])
