@@ -65,12 +65,6 @@ DIAGNOSES = {
         "{p_value:.2g})",
         "measure the {target}, use a stiff one",
     ),
-    "displaced-points": (
-        "the {target}'s {point}s are off by up to {offset:.2g} +- {sd:.1g} {unit} "
-        "(column {column}, row {row}), the fit estimates them (other half: RMS "
-        "{displaced:.3g| px}, {nominal:.3g| px} without)",
-        "use a stiff {target}",
-    ),
     "non-central-rays": (
         "rays miss a common point by {distance:.2g} {unit} RMS (at least "
         "{at_least:.2g} {unit}, p = {p_value:.2g})",
@@ -109,6 +103,12 @@ DIAGNOSES = {
         "images differ {factor:.1f} times as much as {point} scatter explains (rays of "
         "halves: {disagreement_px:.2g} px)",
         "check for rolling shutter, bent {target}s, mixed cameras",
+    ),
+    "displaced-points": (
+        "the {target}'s {point}s are off by up to {offset:.2g} +- {sd:.1g} {unit} "
+        "(column {column}, row {row}), the fit estimates them (other half: RMS "
+        "{displaced:.3g| px}, {nominal:.3g| px} without)",
+        "use a stiff {target}",
     ),
     "board-shape": (
         "the {target} is {shape}, the fit estimates this (held-out RMS "

@@ -537,7 +537,8 @@ def plane_scale(location, mask=None):
     step = usual_step(location)
     if not step > 0:
         raise InputError(
-            "location: no two neighbouring pixels see different positions; check it"
+            "location: no two neighbouring pixels see different positions (x, y); "
+            "decode patterns of both axes"
         )
     size = np.nanmax(location.reshape(-1, 2), axis=0)
     if not (size > 0).all():

@@ -388,7 +388,7 @@ def posed_residuals(formula, values, T_camera_grid, boards):
         )
         better = new < cost
         T = np.where(better[:, None, None], trial, T)
-        at_rest = np.all(~better | (cost - new < 1e-4 * cost))
+        at_rest = np.all(~better | (new > (1 - 1e-4) * cost))
         cost = np.where(better, new, cost)
         damping = np.where(better, damping / 10, damping * 10)
         if at_rest:
