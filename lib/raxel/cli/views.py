@@ -6,13 +6,7 @@ import numpy as np
 
 from raxel.calibration import board_views, dense_view
 from raxel.calibration.views.correspondence import near_copies
-from raxel.cli.findings import (
-    listed,
-    of_cut_boards,
-    of_handedness,
-    of_pitch,
-    unused_text,
-)
+from raxel.cli.findings import of_cut_boards, of_handedness, of_pitch, unused_text
 from raxel.cli.image_sets import boards_for
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.diagnoses import Diagnosis, diagnosis
@@ -125,32 +119,16 @@ def seen_in(image_set, views, options, say):
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
     seen = board_views(image_set, boards)
     warnings = of_pitch(image_set.target) + of_cut_boards(boards, image_set)
-    warnings += [*_copies(seen), *_near_copies(seen)]
+    warnings += _near_copies(seen)
     return SeenViews(entries, seen, [], warnings, vote, image_set.unused)
 
 
-def _copies(views):
-    """A warning where all corners of views are identical to those of others."""
-    first = {}
-    originals = [first.setdefault(view.pixels.tobytes(), view.name) for view in views]
-    copies = [
-        (view.name, original)
-        for view, original in zip(views, originals, strict=True)
-        if view.name != original
-    ]
-    if copies:
-        (name, original), *rest = copies
-        more = f" (likewise: {listed([name for name, _ in rest])})" if rest else ""
-        yield diagnosis("duplicate-image", file=name, original=original, more=more)
-
-
 def _near_copies(views):
-    """A warning where boards have the pose of others, with corners of their own."""
+    """A warning where boards have the pose of others."""
     near = [
         {"file": view.name, "original": views[k].name}
         for view, k in zip(views, near_copies(views), strict=True)
         if view.name != views[k].name
-        and view.pixels.tobytes() != views[k].pixels.tobytes()
     ]
     if near:
         yield diagnosis("same-pose", count=len(near), n_views=len(views), **near[0])

@@ -23,7 +23,6 @@ PHRASES = (
     "subject",
     "points",
     "shape",
-    "more",
 )  # words, no values
 # Code -> (problem, what to do), from the strongest diagnosis to the weakest.
 DIAGNOSES = {
@@ -144,10 +143,6 @@ DIAGNOSES = {
         "{count} of {n_views} images show the {target} in the pose of another (such as "
         "{file} and {original})",
         "keep one image of each pose, add images of other poses",
-    ),
-    "duplicate-image": (
-        "{file}: its {point}s are identical to those of {original}{more}",
-        "remove duplicates from views (they bias the fit)",
     ),
     "no-monitor-size": (
         "target.monitor_mm: null: lengths are in pitches of the monitor's pixels "
