@@ -178,7 +178,7 @@ def _checked_scale(given: str, trials: int | None) -> int:
 
 
 def _number(name: str, given: str) -> int:
-    if not given.isdigit() or int(given) < 1:
+    if not given.isdecimal() or int(given) < 1:
         raise OrderError(f"{name}={given}: not a whole number above 0; give one")
     return int(given)
 
@@ -186,7 +186,7 @@ def _number(name: str, given: str) -> int:
 def _where(profile: str, cores: str) -> list[str]:
     """Arguments for a build on this machine, or with a profile on a cluster."""
     if not profile:
-        return ["--cores", cores or str(os.cpu_count() or 1)]
+        return ["--cores", str(_number("CORES", cores or str(os.cpu_count() or 1)))]
     for folder in (PROFILES / profile, Path(profile).expanduser()):
         if (folder / "profile.yaml").is_file():
             if folder.parent == PROFILES and not shutil.which("sbatch"):

@@ -39,6 +39,10 @@ def test_chapter_target_has_pages(chapter):
             "PROFILE=pbs: no such profile; give slurm, slurm-plugin",
         ),
         ("fig_2_3 --trials 5 --scale 2", "SCALE: not together with TRIALS"),
+        ("fig_2_3 --trials ²", "TRIALS=²: not a whole number above 0"),
+        ("ch02 --cores 0", "CORES=0: not a whole number above 0"),
+        ("ch02 --cores -2", "CORES=-2: not a whole number above 0"),
+        ("ch02 --cores 1.5", r"CORES=1\.5: not a whole number above 0"),
     ],
 )
 def test_unknown_target_is_rejected(order, reason):
