@@ -123,7 +123,7 @@ setup:
 	@$(PYTHON) lib/repro/bootstrap.py --rendering $(if $(SLURM_PLUGIN),--slurm-plugin)
 
 clean: ## remove what was built; .venv and the photographs stay
-	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip report/*.pdf \
+	@rm -rf figures/full figures/quick figures/what-if report/site report/site-*/ report/.cache report/*.zip report/*.pdf \
 	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.records .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list
