@@ -29,7 +29,7 @@ CODE = (
     ("raxel.cli.calibrate", "calibrate"),
     ("raxel.cli.mirror", "calibrate_mirror_set"),
 )
-TEMPLATES = "lib/raxel/report/templates"
+READ = (("lib/raxel/report/templates", "*"), ("lib/raxel/sets", "*.schema.json"))
 
 
 class ImageSets:
@@ -50,12 +50,13 @@ class ImageSets:
         return [f"not calibrated: {r['message']}" for r in records if r["message"]]
 
     def key(self, name: str) -> str:
-        """Return the key over the code and all files of a set."""
+        """Return the key over the code, what it reads, and all files of a set."""
         return self._keys[name]
 
     @cached_property
     def _keys(self) -> dict[str, str]:
-        code = [self.reach.key(*CODE), _hashes(self.root / TEMPLATES)]
+        read = (_hashes(self.root / f, p) for f, p in READ)
+        code = [self.reach.key(*CODE), *read]
         keys = {}
         for name, folder in self.folders.items():
             text = json.dumps([*code, _hashes(self.root / folder)])
@@ -63,8 +64,8 @@ class ImageSets:
         return keys
 
 
-def _hashes(folder: Path) -> dict[str, str]:
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
+def _hashes(folder: Path, pattern: str = "*") -> dict[str, str]:
+    files = sorted(path for path in folder.rglob(pattern) if path.is_file())
     return {path.relative_to(folder).as_posix(): hash_of(path) for path in files}
 
 

@@ -400,7 +400,7 @@ class BuildPlan:
         code."""
         shown = [
             *(self.root / "report" / "source").rglob("*"),
-            *(self.root / "lib" / "raxel").rglob("*.py"),
+            *(self.root / "lib" / "raxel").rglob("*.py*"),
             *(self.root / "chapters").glob("*/**/*.py"),
         ]
         single = ["data/recorded/README.md", "data/published/errata.md", "CITATION.cff"]

@@ -21,6 +21,7 @@ from repro.run.results import WRITTEN, hash_of, write_json
 
 COMMAND = "raxel.cli"
 CODE = ("raxel.cli.images", "render")
+SCHEMA = "lib/raxel/lab/rig.schema.json"
 
 
 class RenderedSets:
@@ -52,13 +53,11 @@ class RenderedSets:
             raise ValueError(f"{place}: no rig {rig_file(name)}; check the name")
 
     def key(self, name: str) -> str:
-        """Return the key over the code and the rig of a set; its seed is in its
+        """Return the key over the code, the rig and its schema; the seed is in the
         name."""
-        text = f"{self.reach.key(CODE)}\n{self._rig(name)}"
+        files = [hash_of(self.root / file) for file in (rig_file(name), SCHEMA)]
+        text = "\n".join([self.reach.key(CODE), *files])
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-    def _rig(self, name: str) -> str:
-        return hash_of(self.root / rig_file(name))
 
 
 def render_set(name: str) -> None:

@@ -48,6 +48,7 @@ def written(root, name, text):
 def checkout(tmp_path, monkeypatch):
     """A folder with one small rig, where jobs run."""
     written(tmp_path, "data/rigs/small.yaml", yaml.safe_dump(small_rig()))
+    written(tmp_path, rendering.SCHEMA, "{}")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(rendered, "CHECKOUT", tmp_path)
     return tmp_path
@@ -67,7 +68,9 @@ def test_set_key_follows_rig_and_simulator(checkout):
     second = key(checkout)
     rig = checkout / "data/rigs/small.yaml"
     rig.write_text(rig.read_text() + "# a word\n")
-    assert len({first, second, key(checkout)}) == 3
+    third = key(checkout)
+    written(checkout, rendering.SCHEMA, '{"type": "object"}')
+    assert len({first, second, third, key(checkout)}) == 4
 
 
 def test_set_key_reaches_simulator():

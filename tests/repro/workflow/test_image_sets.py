@@ -16,6 +16,7 @@ from tests import mirror_sets
 from tests.active_grids import drawn
 from tests.image_sets import description, write_description, write_drawn_set
 from tests.raxel.cli.test_cli_active_grid import recorded
+from tests.sample_files import write
 from tests.small_checkouts import ROOT
 
 ODD = "b {set}; $x 'q"
@@ -79,6 +80,9 @@ def test_key_covers_all_files_of_set(tmp_path):
     assert key()[1] != before[1]
     (first / "grid").mkdir()
     (first / "grid" / "more.yaml").write_text("")
+    assert key()[0] != before[0]
+    before = key()
+    write(tmp_path / "lib/raxel/sets/image_set.schema.json", "{}")
     assert key()[0] != before[0]
 
 

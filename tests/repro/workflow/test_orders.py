@@ -74,6 +74,13 @@ def test_plan_lists_chapters_once(monkeypatch):
     assert listings == [ROOT]
 
 
+def test_site_follows_stubs(plan):
+    """A stub decides which names of a package the site documents."""
+    sources = set(plan.site_sources())
+    assert {"lib/raxel/cameras/__init__.py", "lib/raxel/cameras/__init__.pyi"} < sources
+    assert not any("__pycache__" in name for name in sources)
+
+
 def test_rules_share_plan_of_command():
     planned.cache_clear()
     given = (ROOT, Size("quick"), "", "report", "open")
