@@ -32,7 +32,7 @@ from repro.run.bare_syntax import PROJECT
 from repro.run.circles import circles
 from repro.run.source_index import Module, index
 
-DISTRIBUTION = {"cv2": "opencv-python-headless", "yaml": "pyyaml"}
+DISTRIBUTION = {"cv2": "opencv-python-headless", "PIL": "pillow", "yaml": "pyyaml"}
 WHOLE = "*"
 """Name for all definitions of a module."""
 MAX_IMPORTS = 20
@@ -224,7 +224,9 @@ class Reach:
     def _pin(self, module: str) -> str | None:
         """Version of an external module, if one is pinned."""
         package = module.split(".")[0]
-        return self.versions.get(DISTRIBUTION.get(package, package))
+        return self.versions.get(
+            DISTRIBUTION.get(package, package.lower().replace("_", "-"))
+        )
 
     def _module(self, name: str) -> Module | None:
         if name not in self._modules:

@@ -310,9 +310,13 @@ def test_reach_finds_all_project_names():
     made = [(p.module, p.function) for p in producers(root)]
     reached = reach.reached(*made)
     assert len(reached) > 3 * len(made)
-    outside = (w for p in reached for w, to in reach._node(p).links if to is None)
+    outside = [w for p in reached for w, to in reach._node(p).links if to is None]
     lost = [word for word in outside if word.startswith(OF_PROJECT)]
     assert not lost
+    unpinned = {
+        word.split("=.")[1].split(".")[0] for word in outside if " " not in word
+    }
+    assert unpinned <= sys.stdlib_module_names
 
 
 def test_experiments_reach_library():
