@@ -176,10 +176,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         atlas = Whereabouts(Path.cwd())
         print("\n\n".join(shown(atlas.lines(one)) for one in given))
+        return 0
     except (UnknownId, InputError) as error:
-        print(f"make where: {error}", file=sys.stderr)
-        return 1
-    return 0
+        fault = str(error)
+    except SyntaxError as error:
+        fault = f"{error.filename}:{error.lineno}: not Python; correct it"
+    print(f"make where: {fault}", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

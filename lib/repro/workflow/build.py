@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from raxel.errors import InputError
 from repro.run.jobs import Size
 from repro.workflow.image_sets import sets_in
 from repro.workflow.interruption import stopped_by_signals
@@ -37,7 +38,7 @@ PROFILES = Path("lib/repro/workflow/profiles")
 CHAPTER = r"ch\d+|appendix_[a-z]"
 
 
-class OrderError(Exception):
+class OrderError(InputError):
     """An invalid command; the message states the cause and what to do."""
 
 
@@ -48,15 +49,17 @@ def main(argv: list[str] | None = None) -> int:
     try:
         with _only_build(root):
             return _build(root, options)
-    except (OrderError, ValueError) as error:
-        say(f"make {options.target}: {error}")
-        return 1
+    except (InputError, ValueError) as error:
+        status, message = 1, str(error)
+    except SyntaxError as error:
+        status, message = 1, f"{error.filename}:{error.lineno}: not Python; correct it"
     except OSError as error:
-        say(f"make {options.target}: {error.filename}: {error.strerror}; {REMEDY}")
-        return 1
+        status, message = 1, f"{error.filename}: {error.strerror}; {REMEDY}"
     except KeyboardInterrupt as end:
-        say(f"make {options.target}: {INTERRUPTED}")
-        return 128 + (end.args[0] if end.args else signal.SIGINT)
+        number = end.args[0] if end.args else signal.SIGINT
+        status, message = 128 + number, INTERRUPTED
+    say(f"make {options.target}: {message}")
+    return status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -65,12 +68,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("target")
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
-    parser.add_argument("--trials", default="")
-    parser.add_argument("--scale", default="")
-    parser.add_argument("--recorded", default="")
     parser.add_argument("--readings", choices=("open", "all"), default="open")
-    parser.add_argument("--cores", default="")
-    parser.add_argument("--profile", default="")
+    for name in ("trials", "scale", "recorded", "cores", "profile"):
+        parser.add_argument(f"--{name}", default="")
     return parser
 
 
@@ -204,6 +204,8 @@ def _unknown(plan: BuildPlan, target: str) -> str:
     if re.fullmatch(CHAPTER, target):
         number, last = target.removeprefix("ch"), target[-1].upper()
         name = f"chapter {int(number)}" if number.isdigit() else f"appendix {last}"
+        if len(number) == 1:
+            return f"{target}: no such chapter; give ch0{number}"
         return f"no page of {name} is built yet"
     made = [i for kind, i in plan.producers if kind in ("figure", "table")]
     near = difflib.get_close_matches(target, made, n=3)
