@@ -159,22 +159,18 @@ def _checked_recorded(given: str) -> str:
 
 
 def _checked_trials(given: str, target: str) -> int | None:
-    if not given:
-        return None
-    if target in WHOLE or re.fullmatch(CHAPTER, target):
+    if given and (target in WHOLE or re.fullmatch(CHAPTER, target)):
         raise OrderError(
             "TRIALS: only for one artefact (a what-if, stored separately); name it, "
             "for example: make fig_2_3 TRIALS=500"
         )
-    return _number("TRIALS", given)
+    return _number("TRIALS", given) if given else None
 
 
 def _checked_scale(given: str, trials: int | None) -> int:
-    if not given:
-        return 1
-    if trials is not None:
+    if given and trials is not None:
         raise OrderError("SCALE: not together with TRIALS; give one of them")
-    return _number("SCALE", given)
+    return _number("SCALE", given or "1")
 
 
 def _number(name: str, given: str) -> int:
@@ -220,12 +216,9 @@ def _ages(root: Path, targets: list[str]) -> list[int]:
 
 def _say_where(plan: BuildPlan, changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
-    if plan.target == "report":
-        shown = [f"{plan.size.site}/index.html"]
-    elif plan.target == "notebooks":
-        shown = ["report/notebooks"]
-    else:
-        shown = [plan.product(name) for name in plan.final]
+    whole = {"report": f"{plan.size.site}/index.html", "notebooks": "report/notebooks"}
+    made = [plan.product(name) for name in plan.final if plan.target not in whole]
+    shown = made or [whole[plan.target]]
     for path in shown if len(shown) < 4 else shown[:1]:
         say(f"{what}Look at {path}")
     if plan.target == "report":

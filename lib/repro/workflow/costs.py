@@ -28,9 +28,11 @@ def costs(root: Path) -> dict[str, dict[str, Cost]]:
     ``experiment/ID``."""
     found: dict[str, dict[str, Cost]] = {}
     if (root / TABLE).is_file():
-        with (root / TABLE).open(encoding="utf-8", newline="") as file:
-            for effort, task, *numbers in list(csv.reader(file))[1:]:
-                seconds, peak_mb, trials, pairs = numbers
+        lines = (root / TABLE).read_text("utf-8").splitlines()[1:]
+        try:
+            for effort, task, seconds, peak_mb, trials, pairs in csv.reader(lines):
                 cost = Cost(float(seconds), float(peak_mb), int(trials), int(pairs))
                 found.setdefault(effort, {})[task] = cost
+        except ValueError:
+            raise ValueError(f"{TABLE}: a damaged line; restore it from git") from None
     return found

@@ -28,10 +28,8 @@ def measured(plan: BuildPlan) -> dict[str, Cost]:
     sums: dict[str, Cost] = {}
     for name in plan.tasks:
         path = plan.record(name)
-        if not path.is_file():
-            continue
-        record = json.loads(path.read_text("utf-8"))
-        if not record["files"]:  # a part that was not needed
+        record = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+        if not record.get("files"):  # not made, or a part that was not needed
             continue
         kind, _, rest = name.partition("/")
         key = f"experiment/{rest.partition('/')[0]}" if kind == "part" else name
@@ -73,9 +71,15 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     size = Size(options.effort, None, options.scale)
     plan = planned(Path.cwd(), size, "", "report", "open")
-    found = measured(plan)
+    try:
+        found = measured(plan)
+    except (OSError, ValueError):  # a record is cut, or a result is missing
+        found = {}
     if not found:
-        print(f"make costs: no {size.name} build; make it first", file=sys.stderr)
+        print(
+            f"make costs: no whole {size.name} build; run make report (or quick) first",
+            file=sys.stderr,
+        )
         return 1
     # Image sets are those of a build without SCALE.
     own = "" if options.scale == 1 else "experiment/"

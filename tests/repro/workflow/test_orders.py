@@ -57,7 +57,8 @@ def test_unknown_target_is_rejected(order, reason):
     [
         (
             "data/published/artefacts.yaml",
-            "artefacts.yaml: line 1: expected the node content, but found ']'; correct the YAML",
+            "artefacts.yaml: line 1: expected the node content, but found ']'; "
+            "correct the YAML",
         ),
         (
             "chapters/ch02/s1/page.py",
