@@ -25,7 +25,10 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)" --profile "$(PROFILE)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --scale "$(SCALE)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test verify test-formats test-cluster test-container times costs compare reference recorded notebooks lab answers archive crate pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+$(if $(filter quick full,$(EFFORT)),,$(error EFFORT=$(EFFORT): give quick or full))
+$(if $(filter open all,$(READINGS)),,$(error READINGS=$(READINGS): give open or all))
+
+.PHONY: report quick test verify test-formats test-cluster test-container costs compare reference recorded notebooks lab answers archive crate pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -49,8 +52,9 @@ test-container: ## the steps of the Containerfile in a bare Debian, and a chapte
 recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
 	@$(RUN) .venv/bin/python -m repro.run.recorded
 
+quick: override EFFORT = quick
 quick: setup ## the whole report with few trials: report/site-quick/index.html
-	@$(BUILD) quick --effort quick $(FOR_SETS)
+	@$(BUILD) quick $(OPTIONS)
 
 costs: setup ## keep the measured costs of the built report, from which jobs are planned: lib/repro/workflow/costs.csv
 	@$(RUN) .venv/bin/python -m repro.workflow.kept_costs --effort $(EFFORT) $(if $(SCALE),--scale $(SCALE))
@@ -83,8 +87,10 @@ archive: setup ## the built report as one file: report/raxel-report-full.zip (EF
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
 	@cd report && $(CURDIR)/.venv/bin/python -m zipfile -c raxel-report-$(EFFORT).zip $(notdir $(SITE))
 
-crate: setup ## the built report as a Workflow Run RO-Crate, validated: report/raxel-crate-full.zip (EFFORT=quick)
+crate: setup ## the built report, brought up to date, as a Workflow Run RO-Crate, validated: report/raxel-crate-full.zip (EFFORT=quick)
+	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
 	@$(PYTHON) lib/repro/bootstrap.py --crate
+	@$(BUILD) report --effort $(EFFORT) --readings $(READINGS) $(FOR_SETS)
 	@$(RUN) PYTHONPATH=lib .venv/crate/bin/python -m repro.site.crate --effort $(EFFORT)
 
 pdf: setup ## the chapters of the built report as one document, by Chromium: report/raxel-report.pdf (EFFORT=quick)

@@ -133,10 +133,10 @@ def test_make_passes_set_folder_unchanged(tmp_path, name):
     make = ["make", "-f", ROOT / "Makefile", "-o", "setup"]
     shown = 'BUILD=printf "%s\\n"'
     done = subprocess.run(
-        [*make, shown, "quick", f"RECORDED={name}"],
+        [*make, shown, "quick", f"RECORDED={name}", "SCALE=2", "READINGS=all"],
         cwd=tmp_path, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert name in done.stdout.splitlines()
+    assert {name, "quick", "2", "all"} <= set(done.stdout.splitlines())
     plan = SimpleNamespace(
         size=Size("quick"), target="report", readings="open", recorded=name
     )
