@@ -97,7 +97,7 @@ class LogHandler(LogHandlerBase):
         self._say(f"FAILED: {self._jobs.get(record.jobid, record.rule_name)}{where}")
         for name in record.log or []:
             path = Path(str(name))
-            if path.is_file():
+            if path.is_file() and path.stat().st_size:
                 lines = path.read_text("utf-8", "replace").strip().splitlines()
                 say("\n".join(lines[-6:]))
                 say(f"The whole log: {path}")
