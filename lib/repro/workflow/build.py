@@ -18,7 +18,8 @@ import signal
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 from raxel.errors import InputError
@@ -56,8 +57,7 @@ def main(argv: list[str] | None = None) -> int:
     except OSError as error:
         status, message = 1, f"{error.filename}: {error.strerror}; {REMEDY}"
     except KeyboardInterrupt as end:
-        number = end.args[0] if end.args else signal.SIGINT
-        status, message = 128 + number, INTERRUPTED
+        status, message = 128 + (*end.args, signal.SIGINT)[0], INTERRUPTED
     say(f"make {options.target}: {message}")
     return status
 
@@ -128,8 +128,14 @@ def _snakemake(words: list[str]) -> bool:
     there is no timer.
     """
     from snakemake.cli import args_to_api, parse_args
+    from snakemake.exceptions import CliException
 
-    parser, settings = parse_args(words)
+    try:
+        with redirect_stderr(StringIO()) as usage:
+            parser, settings = parse_args(words)
+    except (SystemExit, CliException) as end:  # only a profile has other words
+        fault = usage.getvalue().partition("error: ")[2] or str(end)
+        raise OrderError(f"PROFILE={words[1]}: {' '.join(fault.split())}") from None
     settings.max_jobs_per_timespan = None
     with stopped_by_signals(on_cluster=bool(settings.executor)):
         return args_to_api(settings, parser)
@@ -210,16 +216,14 @@ def _unknown(plan: BuildPlan, target: str) -> str:
 
 
 def _ages(root: Path, targets: list[str]) -> list[int]:
-    paths = [root / target for target in targets]
-    return [p.stat().st_mtime_ns if p.exists() else 0 for p in paths]
+    return [(root / t).stat().st_mtime_ns for t in targets if (root / t).exists()]
 
 
 def _say_where(plan: BuildPlan, changed: bool) -> None:
     what = "" if changed else "Nothing changed. "
     whole = {"report": f"{plan.size.site}/index.html", "notebooks": "report/notebooks"}
-    made = [plan.product(name) for name in plan.final if plan.target not in whole]
-    shown = made or [whole[plan.target]]
-    for path in shown if len(shown) < 4 else shown[:1]:
+    made = [whole.get(plan.target) or plan.product(name) for name in plan.final]
+    for path in made if len(made) < 4 else made[:1]:
         say(f"{what}Look at {path}")
     if plan.target == "report":
         for message in plan.image_sets.messages():
