@@ -1,9 +1,9 @@
 """Chapter 3: planar grids, their corners and their patterns.
 
-Every calibration in this thesis starts from points on a flat target. Standard
-chessboard detectors fail in mirrors and fisheyes, where rows of corners are curved. The
-chapter offers two remedies. CELECT (3.1) follows the curved edges from four clicks, and
-localisers refine the corners. Active grids (3.2), phase-shift structured light on a
+Every calibration in this thesis starts from points on a flat target. The chessboard
+detectors of 2009 often fail in mirrors and fisheyes, where rows of corners are curved.
+The chapter offers two remedies. CELECT (3.1) follows the curved edges from four clicks,
+and localisers refine the corners. Active grids (3.2), phase-shift structured light on a
 monitor, need no corners: each pixel decodes the screen position that it sees. Section
 3.3 tests both, on synthetic and rendered images.
 

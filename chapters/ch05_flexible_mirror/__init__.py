@@ -8,9 +8,9 @@ errors.
 
 Here the method runs on simulated set-ups at three error levels, since the thesis states
 neither its set-up nor its noise. Deflections are recovered. Ray errors grow over
-successive updates. Residuals and the thesis's back-projection check do not show this,
-because a fitted board pose absorbs ray errors. The linear estimate is too small for a
-geometric reason, the nearness of the board.
+successive updates. The thesis's back-projection check does not show this and residuals
+show a part, because a fitted board pose absorbs ray errors. The linear estimate is too
+small for a geometric reason, the nearness of the board.
 
 Read 5.2, 5.3.3a (calibration and error levels) and 5.3.3b (three deflections) first.
 """

@@ -75,7 +75,9 @@ html_domain_indices = False
 html_context = {"raxel": SITE}
 html_theme_options = {
     "announcement": (
-        "Quick build: few trials, no verdicts." if SITE["effort"] == "quick" else ""
+        "Quick build: few trials, no verdicts. Sentences describe the full build."
+        if SITE["effort"] == "quick"
+        else ""
     ),
     "light_css_variables": {
         "color-brand-primary": "#00527f",

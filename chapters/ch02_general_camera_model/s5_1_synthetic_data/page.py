@@ -125,7 +125,7 @@ from repro.run import Plan, experiment
 # show_code(score)
 
 # %% [markdown]
-# **Interpretations.** Five questions that the text does not answer can change
+# **Interpretations.** Seven questions that the text does not answer can change
 # a verdict. Bold options are primary:
 #
 # | question | options |
@@ -134,7 +134,9 @@ from repro.run import Plan, experiment
 # | scoring | on **fresh noise**, on the same noise, or without noise |
 # | extent | planes **unbounded**, or grids of ±600 mm |
 # | standard method | linear stage **as printed**, or well conditioned |
-# | pixels | of the **corrected view**, or of the source image |
+# | residual scale | pixels of the **corrected view**, or of the source image |
+# | law pixels | between projection laws: corrected view, or **source image** |
+# | statistic of trials | **median**, or mean |
 #
 # *Reason for fresh noise.* The thesis may mean the calibration noise. But a generic
 # ray absorbs a third of the variance of its own three points' noise; a pinhole
@@ -214,8 +216,9 @@ def fov_sweep(effort):
 # ## Summary
 #
 # The proportionality to noise is reproduced, the crossing of both methods in some
-# interpretations only. The rise of the generic residual at 150° is reproduced, but
-# grazing incidence does not explain it. Small residuals do not prove accurate rays.
+# interpretations only. The rise of the generic residual at 150° is reproduced. Finite
+# grids remove it, as the thesis expects, but the residual of a ray does not depend on
+# its angle to the plane. Small residuals do not prove accurate rays.
 
 # %% [markdown]
 # ## Compared with the published numbers

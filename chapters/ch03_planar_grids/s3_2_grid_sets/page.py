@@ -66,8 +66,9 @@ from repro.run import Plan, experiments
 # **Findings.**
 #
 # 1. **Current OpenCV extracts more grids than CELECT.** It extracts
-#    {glue:text}`s3_3_2_opencv_rate:.0f` %, CELECT {glue:text}`s3_3_2_celect_rate:.0f`
-#    %; hard poses give the same order. The thesis has 43 % and 85 %.
+#    {glue:text}`s3_3_2_opencv_rate:.0f` % of them, CELECT
+#    {glue:text}`s3_3_2_celect_rate:.0f` %. Hard poses give the same order. The thesis
+#    has 43 % and 85 %.
 # 2. **CELECT loses contours more often than published.** A lost contour is the first
 #    failure in {glue:text}`contours` of {glue:text}`whole.lost` failed grids. Of all
 #    failed grids, {glue:text}`small.whole.lost` have small squares.
@@ -86,7 +87,7 @@ from repro.run import Plan, experiments
 # | extracted only by CELECT, of 60 | 27 | {glue:text}`s3_3_2_celect_only:.0f` |
 # | extracted only by OpenCV, of 60 | 2 | {glue:text}`s3_3_2_opencv_only:.0f` |
 # | failed by lost contour | 2 of 9 | {glue:text}`contours` of {glue:text}`whole.lost` |
-# | largest localised error above 0.1 px (px) | 0.12 | {glue:text}`s3_3_2_excess:.1f` |
+# | largest localised error minus 0.1 px (px) | 0.12 | {glue:text}`s3_3_2_excess:.2f` |
 # | CELECT less accurate before localisation | in all sets | not in all sets |
 
 # %% [markdown]

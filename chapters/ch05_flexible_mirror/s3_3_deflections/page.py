@@ -305,8 +305,8 @@ def tips_swept(effort, results):
 #
 # The deflection of the mirror is recovered, from a linear estimate that is too small
 # for a geometric reason. The rays degrade, because each update inherits the error of
-# the one before. Neither the residual nor back-projection with a fitted pose shows
-# this.
+# the one before. Back-projection with a fitted pose does not show this, and the
+# residual shows only a part.
 
 # %% [markdown]
 # ## Compared with the published numbers

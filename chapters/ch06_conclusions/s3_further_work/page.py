@@ -24,9 +24,10 @@ READS_VERDICTS = True
 # 1. **Corners can be detected without clicks.** A detector with several scales and a
 #    check of symmetry extracts {glue:text}`detector.right` of
 #    {glue:text}`detector.boards` boards, and {glue:text}`detector.wrong` incorrectly.
-# 2. **The centre can be adjusted.** Its median error is {glue:text}`linear:.2f` mm
-#    after the linear stage, {glue:text}`consistent:.2f` mm after a consistent
-#    adjustment, and {glue:text}`line_fitting:.0f` mm after the scheme of the thesis.
+# 2. **Adjusting the centre brings no gain.** Its median error is
+#    {glue:text}`linear:.2f` mm after the linear stage,
+#    {glue:text}`consistent:.2f` mm after a consistent adjustment, and
+#    {glue:text}`line_fitting:.0f` mm after the scheme of the thesis.
 # 3. **More spline functions represent an uneven mirror better.** They remove
 #    {glue:text}`relief:.0f` % of the error that waves add, but the largest tolerated
 #    step falls by {glue:text}`step:g` mm.

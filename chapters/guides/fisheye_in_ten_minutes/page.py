@@ -204,8 +204,8 @@ def ext_calibration_record(effort):
 # - {image: 20.png, use: evaluate}
 # ```
 #
-# The numbers of this guide are those of the full report. A quick build renders a
-# smaller board and fewer images.
+# Sections 1 and 2 describe the board and the images of the full report. The outputs
+# below are those of this build: a quick one renders a smaller board and fewer images.
 #
 # ## 3. Calibrate
 

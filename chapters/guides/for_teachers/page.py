@@ -112,8 +112,8 @@ READS_PAGES = True
 # need mean, standard deviation and median.
 #
 # - **5 min.** Predict on paper: ray error against field of view, for two methods.
-# - **15 min.** Compare with Fig. 2.3. Slider: up to which field of view has the
-#   method with the smaller residual the larger ray error?
+# - **15 min.** Compare with the figure with OpenCV's fisheye model. Slider: up to
+#   which field of view has the method with the smaller residual the larger ray error?
 # - **15 min.** Exercises.
 # - **15 min.** Groups repeat the figure with other numbers of trials and compare the
 #   intervals: `make fig_2_3 TRIALS=20`.
@@ -197,8 +197,8 @@ READS_PAGES = True
 #   [5.1](../ch05_flexible_mirror/s1_model.ipynb).
 # - **25 min.** Exercises in pairs: predict the fan of rays, then compare with the
 #   slider and Fig. 5.10.
-# - **10 min.** The scoreboard, "twice the field of view" for two rigs: why does
-#   the verdict depend on the rig?
+# - **10 min.** The scoreboard, "FOV at stage 3 is about twice that at stage 0" for
+#   two rigs: why does the verdict depend on the rig?
 #
 # **Exercises.** [5.3.3a](../ch05_flexible_mirror/s3_3_calibration.ipynb), exercises 1
 # and 2; [5.1](../ch05_flexible_mirror/s1_model.ipynb), exercise 2.

@@ -16,14 +16,7 @@ MISFIT = (
     "RMS {rms_px:.2f| px} ({point} scatter {scatter_px:.2g| px}, predicted "
     "{stated_sd_px:.2g| px})"
 )
-PHRASES = (
-    "scope",
-    "bent",
-    "untried",
-    "subject",
-    "points",
-    "shape",
-)  # words, no values
+PHRASES = ("scope", "bent", "untried", "subject", "points", "shape")  # words, no values
 # Code -> (problem, what to do), from the strongest diagnosis to the weakest.
 DIAGNOSES = {
     "point-order": (

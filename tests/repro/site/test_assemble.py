@@ -179,7 +179,7 @@ def start_page(root, base, pages=()):
 
 def test_start_page_begins_with_summary_and_example(tmp_path):
     base = small_checkout(tmp_path)
-    fit = "tried: 1\nf: cgsp chosen: best\nf: cgsp, fitted boards: rms 0.028 px\nmore\n"
+    fit = "images: 9\nmodel: cgsp: best\nerror: held-out boards, RMS 0.028 px\nmore\n"
     trials = {
         "ext_fisheye_found": {"output.corners": "found in 9 of 9\n", "boards": 9},
         "ext_fisheye_camera": {"output.calibrate": fit},
@@ -197,7 +197,7 @@ def test_start_page_begins_with_summary_and_example(tmp_path):
     lines = "\n".join(fit.splitlines()[1:3])
     for line in ("found in 9 of 9", lines, "9 images in straight"):
         assert f"\n{line}\n" in job
-    assert "tried: 1" not in job
+    assert "images: 9\n" not in job
     assert 'src="figures/ext_fisheye_views.svg"' in job
     (base / "ext_fisheye_views.svg").unlink()
     assert heading not in start_page(tmp_path, base)
