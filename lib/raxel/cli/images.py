@@ -43,12 +43,13 @@ from raxel.multiview.views import (
     source_pixels,
 )
 from raxel.sets import ImageSet, is_mirror_set, read_colour
+from raxel.sets.folder import SIDECAR
 from raxel.sets.image_files import write_png
 
 MAX_PERSPECTIVE_FOV_DEG = 170
 MIN_SHARE = 0.5  # of the pixels; below it, most of the image is black
 ENDINGS = (".html", ".png")
-SIDECAR, MAPS = "undistorted.json", "maps.npz"
+MAPS = "maps.npz"
 SIDECAR_MARK = "raxel_undistorted"  # its first key
 PANORAMAS: dict[str, Any] = {
     "cylinder": CylindricalView,

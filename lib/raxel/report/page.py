@@ -16,11 +16,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from raxel.errors import InputError
 from raxel.evaluation.diagnoses import number
 from raxel.io.files import check_can_be_written
+from raxel.sets.folder import PAGE, is_report
 from raxel.sets.mirror_set import MirrorSet
 from raxel.sets.model import ImageSet
 
-PAGE = "index.html"
-MARK = '<meta name="generator" content="raxel calibrate">'
 FILES = re.compile(
     r"index\.html|(view|corners|points|residuals|shape)-\d+\.jpg|"
     r"(residuals|coverage|stability|profiles|uncertainty)\.png"
@@ -115,7 +114,7 @@ def _may_go(folder):
     page = folder / PAGE
     if not page.is_file():
         return not names
-    return MARK in page.read_text("utf-8", errors="replace")[:2000]
+    return is_report(page)
 
 
 def html(template: str, **values: Any) -> str:

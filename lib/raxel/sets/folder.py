@@ -22,7 +22,10 @@ CONVERTERS = {
 }
 MAX_NAME = 100  # characters of a set's name
 UNKNOWN_BOARD = Chessboard(None, None)
-RESULTS = "camera.json", "undistorted.json"  # in a folder that a command wrote
+# What `raxel undistort` writes next to its images, and the first lines of the page of
+# a report.
+SIDECAR = "undistorted.json"
+PAGE, MARK = "index.html", '<meta name="generator" content="raxel calibrate">'
 
 
 def image_names(folder: str | Path, pattern: str | None = None) -> list[str]:
@@ -67,8 +70,8 @@ def _listing(folder, pattern):
                 f"{folder}: images: found pattern {each!r}; give one such as '*.jpg'"
             ) from fault
         paths = sorted(filter(_is_visible, paths), key=_natural)
-        made = {path.parent for path in paths if path.name in RESULTS}
         if not pattern:
+            made = {path.parent for path in paths if _is_of_results(folder / path)}
             paths = [path for path in paths if not made & set(path.parents[:-1])]
         found = [path for path in paths if path.suffix.lower() in ENDINGS]
         stems = {path.with_suffix("") for path in found}
@@ -85,6 +88,16 @@ def _listing(folder, pattern):
             raise InputError(f"{folder / name}: {reason}; give TIFF or PNG")
     what = f"no image matches {pattern!r}" if pattern else "no image"
     raise InputError(f"{folder}: {what}; give a folder with {', '.join(FORMATS)}")
+
+
+def _is_of_results(path):
+    """Whether a file is one of those that mark a folder of new images."""
+    return path.name == SIDECAR or (path.name == PAGE and is_report(path))
+
+
+def is_report(page: Path) -> bool:
+    """Return whether a file is the page of a report."""
+    return MARK in page.read_text("utf-8", errors="replace")[:2000]
 
 
 def _is_visible(path):

@@ -15,7 +15,7 @@ from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import DETECTORS
 from raxel.sets import AprilGrid, Charuco, Chessboard, CircleGrid, load_set
-from raxel.sets.folder import folder_set, image_names, set_name
+from raxel.sets.folder import MARK, folder_set, image_names, set_name
 from raxel.sets.frames import save_frames
 from tests.image_sets import COLUMNS, FOCAL, HEIGHT, ROWS, WIDTH, boards
 
@@ -114,10 +114,11 @@ def test_pattern_of_set_yaml_lists_images(folder, capsys):
 
 
 def test_images_are_ordered_by_number_and_subfolders_are_searched(tmp_path):
-    results = "a/out/camera.json", "a/out/report/view-001.jpg"
-    (tmp_path / "a/out/report").mkdir(parents=True)
-    for name in ("a/i10.png", "a/i9.PNG", "a/.hidden.png", "a/notes.txt", *results):
-        (tmp_path / name).write_bytes(b"")
+    results = "a/report/index.html", "a/report/view-001.jpg", "b/undistorted.json"
+    (tmp_path / "a/report").mkdir(parents=True)
+    (tmp_path / "b/c").mkdir(parents=True)
+    for name in ("a/i10.png", "a/i9.PNG", "a/.hidden.png", "b/c/new.png", *results):
+        (tmp_path / name).write_text(MARK)
     assert image_names(tmp_path) == ["a/i9.PNG", "a/i10.png"]
     (tmp_path / "top.jpg").write_bytes(b"")
     assert image_names(tmp_path) == ["top.jpg"]
