@@ -208,8 +208,10 @@ def test_invalid_corners_file_is_rejected(broken, calibration_fails, tmp_path, f
 
 def test_collinear_corners_are_attributed_to_their_file(calibration_fails, tmp_path):
     path = tmp_path / "found.json"
-    names = [f"view{i}.png" for i in range(6)]
-    path.write_text(json.dumps({"images": [found(name) for name in names]}))
+    images = [found(f"view{k}.png") for k in range(6)]
+    for k, image in enumerate(images):  # not the same pose
+        image["corners"] = [[u, v + 20 * k] for u, v in image["corners"]]
+    path.write_text(json.dumps({"images": images}))
     line = calibration_fails("--corners", path, "--model", "zhang")
     assert line.startswith(f"raxel: {path}: view0.png: corners: ")
 

@@ -25,9 +25,9 @@ READS_VERDICTS = True
 #    check of symmetry extracts {glue:text}`detector.right` of
 #    {glue:text}`detector.boards` boards, and {glue:text}`detector.wrong` incorrectly.
 # 2. **Adjusting the centre brings no gain.** Its median error is
-#    {glue:text}`linear:.2f` mm after the linear stage,
-#    {glue:text}`consistent:.2f` mm after a consistent adjustment, and
-#    {glue:text}`line_fitting:.0f` mm after the scheme of the thesis.
+#    {glue:text}`linear:.2f` mm after the linear stage and
+#    {glue:text}`consistent:.2f` mm after a consistent adjustment. The scheme of the
+#    thesis leads to {glue:text}`line_fitting:.0f` mm.
 # 3. **More spline functions represent an uneven mirror better.** They remove
 #    {glue:text}`relief:.0f` % of the error that waves add, but the largest tolerated
 #    step falls by {glue:text}`step:g` mm.
