@@ -1,8 +1,8 @@
 """Compile the library's loops in advance: `python -m raxel.compile_loops`.
 
 numba compiles a loop when it first runs, and caches the machine code next to the
-module. All loops take half a minute, once. Programs that start many short processes
-compile them first.
+module. All loops take one to two minutes, once. Programs that start many short
+processes compile them first.
 """
 
 import sys

@@ -90,7 +90,7 @@ def install_crate(pins):
 def install_project(_):
     """Install the project in editable mode and compile the loops of the library."""
     pip("--no-deps", "--no-build-isolation", "--editable", ".")
-    say("compiled loops of the library (half a minute, once)")
+    say("compiled loops of the library (one to two minutes, once)")
     for index in Path("lib/raxel").rglob("*.nbi"):
         index.unlink()  # an index from before a module moved cannot be read
     must(run(PYTHON, "-m", "raxel.compile_loops"), "python -m raxel.compile_loops")
