@@ -97,7 +97,7 @@ def _is_of_results(path):
 
 def is_report(page: Path) -> bool:
     """Return whether a file is the page of a report."""
-    return MARK in page.read_text("utf-8", errors="replace")[:2000]
+    return page.is_file() and MARK in page.read_text("utf-8", errors="replace")[:2000]
 
 
 def _is_visible(path):

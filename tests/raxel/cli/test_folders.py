@@ -116,7 +116,7 @@ def test_pattern_of_set_yaml_lists_images(folder, capsys):
 def test_images_are_ordered_by_number_and_subfolders_are_searched(tmp_path):
     results = "a/report/index.html", "a/report/view-001.jpg", "b/undistorted.json"
     (tmp_path / "a/report").mkdir(parents=True)
-    (tmp_path / "b/c").mkdir(parents=True)
+    (tmp_path / "b/c/index.html").mkdir(parents=True)
     for name in ("a/i10.png", "a/i9.PNG", "a/.hidden.png", "b/c/new.png", *results):
         (tmp_path / name).write_text(MARK)
     assert image_names(tmp_path) == ["a/i9.PNG", "a/i10.png"]
